@@ -1,0 +1,21 @@
+"""Exceptions of the core. Every message is one sentence that names the cause and the cure."""
+
+
+class CrossfieldError(Exception):
+    """Base of everything that the core raises on purpose; its text is meant for the user."""
+
+
+class InputError(CrossfieldError):
+    """The given mesh or file cannot be used as it is."""
+
+
+class SettingsError(CrossfieldError):
+    """A setting is out of range or contradicts another one."""
+
+
+class LayoutError(CrossfieldError):
+    """No valid block layout was found for a surface that is in itself acceptable."""
+
+
+class Cancelled(CrossfieldError):
+    """The caller asked to stop; nothing has been changed."""

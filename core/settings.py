@@ -1,0 +1,57 @@
+"""What the user can choose, with defaults, and the checks on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite, radians
+
+from .errors import SettingsError
+
+RELAXATIONS = ("none", "harmonic", "diffused")
+LINES = ("motorcycle", "full")
+STAGES = ("field", "lines", "quads")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a decomposition.
+
+    edge_length      wanted quad edge in object-space lengths, or None
+    quad_count       wanted number of quads, used when edge_length is None
+    relaxation       "none" (the paper), "harmonic" or "diffused"
+    lines            "motorcycle" (lines stop at lines) or "full" (the paper: lines cross)
+    kink_angle       radians; boundary vertices that turn by more stay vertices of the mesh
+    line_distance    limit on a full streamline, in diagonals of the bounding box
+    line_turn        limit on the total turning of a full streamline, in radians
+    stop_after       last stage to run: "field", "lines" or "quads"
+    """
+
+    edge_length: float | None = None
+    quad_count: int = 2000
+    relaxation: str = "diffused"
+    lines: str = "motorcycle"
+    kink_angle: float = radians(20.0)
+    line_distance: float = 20.0
+    line_turn: float = radians(3600.0)
+    stop_after: str = "quads"
+
+    def __post_init__(self):
+        if self.edge_length is not None and not (
+            isfinite(self.edge_length) and self.edge_length > 0
+        ):
+            raise SettingsError(f"The edge length {self.edge_length} must be a positive number.")
+        if self.quad_count < 1:
+            raise SettingsError(f"The number of quads {self.quad_count} must be at least 1.")
+        if not 0 < self.kink_angle < radians(90):
+            raise SettingsError("The kink angle must lie between 0 and 90 degrees.")
+        if not (self.line_distance > 0 and self.line_turn > 0):
+            raise SettingsError("The limits of streamlines must be positive.")
+        for value, allowed, name in (
+            (self.relaxation, RELAXATIONS, "relaxation"),
+            (self.lines, LINES, "lines"),
+            (self.stop_after, STAGES, "stage to stop after"),
+        ):
+            if value not in allowed:
+                raise SettingsError(
+                    f"The {name} {value!r} is unknown; choose one of {', '.join(allowed)}."
+                )
