@@ -1,0 +1,381 @@
+"""Critical streamlines: the motorcycle graph, and the full streamlines of the paper.
+
+All lines start together, from the ports of singularities and boundary corners, and advance triangle
+by triangle in the order of their lengths. In the motorcycle graph a line ends where it meets a
+line of the other family (method of section 3.4 of the paper, made finite); as full streamlines
+they cross and run on to the boundary, until a limit of length or of turning, after which they end
+at the next line. Lines of one family never cross, and none leaves through a wall that it runs
+along: such a line is pushed aside into the nearest gap.
+
+A loop over lines and the triangles that they cross is inherent here: it touches a few thousand of
+them, whatever the size of the mesh is otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from math import cos, hypot, pi
+
+import numpy as np
+
+from .cells import NodeKind
+from .errors import Cancelled, LayoutError
+from .face_subdivision import (
+    MARGIN, SplitFace, aim, chord_tag, split_polygon, tag_family, tag_line,
+)
+from .line_field import LineField, Port
+
+# A line that has passed through one triangle this often is winding round and round.
+MOST_PASSES = 12
+
+PLAIN, BASE, STEM = 0, 1, 2
+
+
+class LineTrapped(LayoutError):
+    """A line winds between its own tracks for ever; `face` is a triangle of the surface there."""
+
+    def __init__(self, face: int):
+        super().__init__(
+            "A line of the layout spirals without end; add a guide or use another relaxation."
+        )
+        self.face = face
+
+
+@dataclass
+class Line:
+    """One streamline while it is traced.
+
+    points   point numbers, start to end
+    roles    for each of them PLAIN, BASE (another line ends or crosses here) or STEM (this line
+             ends, crosses or starts here at another one)
+    faces    triangle of the LineField that holds each segment
+    """
+
+    number: int
+    points: list
+    roles: list
+    face: int
+    branch: int
+    angle: float | None
+    barred: tuple
+    entry: tuple | None = None
+    faces: list = field(default_factory=list)
+    length: float = 0.0
+    turn: float = 0.0
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """A node where lines meet: its kind, and whether the stem comes from the base's left."""
+
+    kind: NodeKind
+    from_left: bool
+
+
+class LineGraph:
+    """The lines laid so far and the triangles that they have cut.
+
+    lines       LineField
+    tracks      list of Line, in order of their start
+    splits      dict triangle -> SplitFace, the triangles that some line crosses
+    meetings    dict point -> Meeting
+    walls       dict boundary halfedge -> list of (parameter, point), points that divide it
+    vertex_lines dict vertex -> numbers of the lines that start there, counter-clockwise
+    """
+
+    def __init__(self, lines: LineField, crossing_limits=None, cancelled=None):
+        self.lines = lines
+        self.tracks: list[Line] = []
+        self.splits: dict[int, SplitFace] = {}
+        self.meetings: dict[int, Meeting] = {}
+        self.walls: dict[int, list] = {}
+        self.vertex_lines: dict[int, list] = {}
+        self._new_points: list = []
+        self._queue: list = []
+        self._passes: dict = {}
+        self._limits = crossing_limits
+        self._cancelled = cancelled or (lambda: False)
+
+    # ---------------------------------------------------------------- points and triangles
+
+    def point(self, number: int) -> list:
+        """Position of a point, a list of three."""
+        first_new = len(self.lines.point)
+        if number < first_new:
+            return self.lines.point[number].tolist()
+        return self._new_points[number - first_new]
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(n, 3) float64, mesh vertices and then the points of lines."""
+        return np.concatenate([self.lines.point, np.array(self._new_points).reshape(-1, 3)])
+
+    def split(self, face: int) -> SplitFace:
+        if face not in self.splits:
+            self.splits[face] = SplitFace(self.lines, face)
+        return self.splits[face]
+
+    def _add_point(self, position) -> int:
+        self._new_points.append(position)
+        return len(self.lines.point) + len(self._new_points) - 1
+
+    # ---------------------------------------------------------------- starting lines
+
+    def start_at_port(self, port: Port) -> None:
+        """Queue the line of one port; ports of a vertex must come counter-clockwise."""
+        face, side = divmod(port.halfedge, 3)
+        split = self.split(face)
+        line = Line(
+            len(self.tracks), [port.vertex], [PLAIN], face,
+            port.branch - split.branch_shift[side], split.edge_angle[side] + port.angle,
+            barred=(side, (side + 2) % 3),
+        )
+        self.vertex_lines.setdefault(port.vertex, []).append(line.number)
+        self._enqueue(line)
+
+    def start_at_wall(self, halfedge: int, parameter: float) -> None:
+        """Queue a line that leaves a boundary halfedge at right angles, at a plain point."""
+        face, side = divmod(halfedge, 3)
+        split = self.split(face)
+        first, second = self._wall_interval(halfedge, parameter)
+        polygon, number = split.polygon_with_side(first, second)
+        place = split.on_side(side, parameter)
+        point = self._add_point(split.lift(place))
+        split.place[point] = place
+        polygon.insert(number, point)
+        self.walls.setdefault(halfedge, []).append((parameter, point))
+        self.meetings[point] = Meeting(NodeKind.REGULAR, True)
+        inward = split.edge_angle[side] + pi / 2
+        branch = min(range(4), key=lambda b: -cos(split.field_angle(side, parameter, b) - inward))
+        self._enqueue(
+            Line(len(self.tracks), [point], [PLAIN], face, branch, None, (side,), (side, parameter))
+        )
+
+    def start_between(self, face: int, first: int, second: int) -> None:
+        """Queue a line that leaves a wall or a track to its left, half-way between two points."""
+        split = self.split(face)
+        polygon, number = split.polygon_with_side(first, second)
+        tag = polygon.tags[number]
+        if tag >= 3:
+            self._start_at_chord(face, first, second)
+            return
+        middle = _between(split, polygon, number, 0.5)
+        self.start_at_wall(3 * face + tag, split.side_parameter(tag, middle))
+
+    def _start_at_chord(self, face: int, first: int, second: int) -> None:
+        """Queue a line that leaves a chord to its left, half-way between two of its points."""
+        split = self.split(face)
+        polygon, number = split.polygon_with_side(first, second)
+        tag = polygon.tags[number]
+        (x0, y0), (x1, y1) = split.place[first], split.place[second]
+        place = ((x0 + x1) / 2, (y0 + y1) / 2)
+        point = self._divide_chord(split, polygon, number, place, NodeKind.JUNCTION)
+        left = np.arctan2(y1 - y0, x1 - x0) + pi / 2
+        across = [b for b in range(4) if b % 2 != tag_family(tag)]
+        branch = min(across, key=lambda b: -cos(split.field_angle(0, 0.5, b) - left))
+        self._enqueue(
+            Line(len(self.tracks), [point], [STEM], face, branch, float(left), (tag,))
+        )
+
+    def _enqueue(self, line):
+        self.tracks.append(line)
+        heappush(self._queue, (line.length, line.number))
+
+    # ---------------------------------------------------------------- running
+
+    def run(self) -> None:
+        """Advance all queued lines to their ends, always the shortest one first.
+
+        Raises LineTrapped, Cancelled.
+        """
+        count = 0
+        while self._queue:
+            _, number = heappop(self._queue)
+            line = self.tracks[number]
+            if self._advance(line):
+                heappush(self._queue, (line.length, number))
+            count += 1
+            if count % 256 == 0 and self._cancelled():
+                raise Cancelled("The decomposition was cancelled.")
+
+    def _advance(self, line: Line) -> bool:
+        """Take a line through one triangle; False when it has ended."""
+        split = self.split(line.face)
+        self._count_pass(line)
+        angle = self._heading(line, split)
+        polygon, start = self._starting_polygon(line, split, angle)
+        while True:
+            side, share, angle = aim(split, polygon, start, angle)
+            side, share = self._admissible(line, split, polygon, start, side, share)
+            tag = polygon.tags[(start + side) % len(polygon.tags)]
+            place = _between(split, polygon, start + side, share)
+            self._measure(line, split, place)
+            if tag < 3:
+                return self._leave(line, split, polygon, start, side, tag, place)
+            polygon = self._meet(line, split, polygon, start, side, tag, place)
+            if polygon is None:
+                return False
+            start = polygon.points.index(line.points[-1])
+            line.barred = (tag,)
+
+    def _count_pass(self, line):
+        key = (line.number, line.face)
+        self._passes[key] = self._passes.get(key, 0) + 1
+        if self._passes[key] > MOST_PASSES:
+            raise LineTrapped(int(self.lines.origin_face[line.face]))
+
+    def _heading(self, line, split) -> float:
+        """Direction of the next chord in the plane of the triangle, by Heun's method."""
+        if line.entry is None:
+            return line.angle
+        side, parameter = line.entry
+        first = split.field_angle(side, parameter, line.branch)
+        leave = split.ray_exit(split.on_side(side, parameter), first, side)
+        if leave is None:
+            return first
+        second = split.field_angle(leave[0], leave[1], line.branch)
+        turn = (second - first + pi) % (2 * pi) - pi
+        line.turn += abs(turn)
+        return first + 0.5 * min(max(turn, -1.0), 1.0)
+
+    def _starting_polygon(self, line, split, angle):
+        """The polygon that the next chord cuts, and which of its corners the line stands on."""
+        point = line.points[-1]
+        found = [p for p in split.polygons if point in p.points]
+        if len(found) == 1:
+            return found[0], found[0].points.index(point)
+        # Several wedges at a vertex: the one whose middle is nearest to the wanted direction.
+        x0, y0 = split.place[point]
+
+        def misfit(polygon):
+            at = polygon.points.index(point)
+            after = split.place[polygon.points[(at + 1) % len(polygon.points)]]
+            before = split.place[polygon.points[at - 1]]
+            right = np.arctan2(after[1] - y0, after[0] - x0)
+            wedge = (np.arctan2(before[1] - y0, before[0] - x0) - right) % (2 * pi)
+            return abs((angle - right - wedge / 2 + pi) % (2 * pi) - pi) - wedge / 2
+
+        best = min(found, key=misfit)
+        return best, best.points.index(point)
+
+    def _admissible(self, line, split, polygon, start, side, share):
+        """The side to leave by: the one aimed at, or the nearest that the line may pass."""
+        count = len(polygon.points)
+        family = line.branch % 2
+
+        def allowed(number):
+            tag = polygon.tags[(start + number) % count]
+            if tag >= 3:
+                return tag_family(tag) != family and tag not in line.barred
+            return tag not in line.barred and split.wall_family[tag] != family
+
+        if allowed(side):
+            return side, share
+        left_first = share > 0.5
+        for distance in range(1, count):
+            for number in (side + distance, side - distance)[:: 1 if left_first else -1]:
+                if 1 <= number <= count - 2 and allowed(number):
+                    return number, MARGIN if number > side else 1.0 - MARGIN
+        raise LineTrapped(int(self.lines.origin_face[split.face]))
+
+    def _measure(self, line, split, place):
+        x, y = split.place[line.points[-1]]
+        line.length += hypot(place[0] - x, place[1] - y)
+
+    # ---------------------------------------------------------------- events
+
+    def _leave(self, line, split, polygon, start, side, tag, place) -> bool:
+        """Leave the triangle through its side `tag`; False when that is the boundary."""
+        halfedge = 3 * split.face + tag
+        number = (start + side) % len(polygon.points)
+        ends = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
+        parameter = split.side_parameter(tag, place)
+        point = self._add_point(split.lift(place))
+        split.place[point] = place
+        self._lay_chord(line, split, polygon, start, side, point)
+        twin = int(self.lines.twin[halfedge])
+        if twin < 0:
+            self.walls.setdefault(halfedge, []).append((parameter, point))
+            self.meetings[point] = Meeting(NodeKind.WALL, True)
+            return False
+        face, entry = divmod(twin, 3)
+        neighbour = self.split(face)
+        neighbour.place[point] = neighbour.on_side(entry, 1.0 - parameter)
+        across, opposite = neighbour.polygon_with_side(ends[1], ends[0])
+        across.insert(opposite, point)
+        line.branch += split.branch_shift[tag] + int(self.lines.twin_branch[halfedge])
+        line.branch -= neighbour.branch_shift[entry]
+        line.face, line.entry, line.angle = face, (entry, 1.0 - parameter), None
+        line.barred = (entry,)
+        return True
+
+    def _meet(self, line, split, polygon, start, side, tag, place):
+        """End on a line of the other family, or cross it: then the polygon beyond is returned."""
+        number = (start + side) % len(polygon.points)
+        runs_on = self._limits is not None and (
+            line.length < self._limits[0] and line.turn < self._limits[1]
+        )
+        kind = NodeKind.CROSSING if runs_on else NodeKind.JUNCTION
+        ends = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
+        beyond, opposite = split.polygon_with_side(ends[1], ends[0])
+        point = self._mark_base(split, ends, place, tag, kind)
+        beyond.insert(opposite, point)
+        self._lay_chord(line, split, polygon, start, side, point)
+        line.roles[-1] = STEM
+        return beyond if runs_on else None
+
+    def _lay_chord(self, line, split, polygon, start, side, point):
+        tag = chord_tag(line.number, line.branch % 2)
+        split_polygon(split, polygon, start, side, point, tag)
+        line.points.append(point)
+        line.roles.append(PLAIN)
+        line.faces.append(split.face)
+
+    def _mark_base(self, split, ends, place, tag, kind) -> int:
+        """A new point on the track between two of its points, where another line meets it."""
+        point = self._add_point(split.lift(place))
+        split.place[point] = place
+        base = self.tracks[tag_line(tag)]
+        at, forward = _segment(base.points, *ends)
+        base.points.insert(at + 1, point)
+        base.roles.insert(at + 1, BASE)
+        base.faces.insert(at, split.face)
+        self.meetings[point] = Meeting(kind, forward)
+        return point
+
+    def _divide_chord(self, split, polygon, number, place, kind) -> int:
+        ends = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
+        beyond, opposite = split.polygon_with_side(ends[1], ends[0])
+        point = self._mark_base(split, ends, place, polygon.tags[number], kind)
+        beyond.insert(opposite, point)
+        polygon.insert(polygon.side_from(*ends), point)
+        return point
+
+    def _wall_interval(self, halfedge, parameter):
+        """The points on a boundary halfedge next to a parameter, before and after it."""
+        face, side = divmod(halfedge, 3)
+        vertices = self.lines.triangle[face]
+        marks = [(0.0, int(vertices[side])), *sorted(self.walls.get(halfedge, []))]
+        marks.append((1.0, int(vertices[side - 2])))
+        for (low, first), (high, second) in zip(marks, marks[1:]):
+            if low < parameter < high:
+                return first, second
+        raise LayoutError("Two lines start at one point of the boundary; move one of them.")
+
+
+def _between(split, polygon, side, share):
+    count = len(polygon.points)
+    x0, y0 = split.place[polygon.points[side % count]]
+    x1, y1 = split.place[polygon.points[(side + 1) % count]]
+    return (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
+
+
+def _segment(points, first, second):
+    """Where two points follow each other in a track: (position of the earlier, first is it)."""
+    for at in range(len(points) - 1):
+        if points[at] == first and points[at + 1] == second:
+            return at, True
+        if points[at] == second and points[at + 1] == first:
+            return at, False
+    raise KeyError((first, second))
