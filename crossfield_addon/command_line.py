@@ -1,0 +1,222 @@
+"""The headless command: ``crossfield.py decompose ...`` and ``blender -c crossfield decompose ...``.
+
+Exit codes: 0 done; 1 no valid result was found; 2 the command, a setting or the input is wrong;
+130 interrupted. Every failure is one line on standard error, and no output file is touched.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from math import degrees, radians
+from pathlib import Path
+
+from ..core.errors import CrossfieldError, InputError, LayoutError, SettingsError
+from ..core.mesh_files import read_mesh, write_quads_obj
+from ..core.pipeline import decompose
+from ..core.settings import LINES, RELAXATIONS, STAGES, Settings
+from .output_files import OutputFiles, check_targets
+
+_DEFAULTS = Settings()
+_SUFFIXES = {"output": ".blend", "quads": ".obj", "report": ".json", "picture": ".png"}
+
+
+def main(argv=None) -> int:
+    """Run the command with these arguments (default: the process's) and return its exit code."""
+    try:
+        _run(_parser().parse_args(argv))
+    except SystemExit as end:
+        return int(end.code or 0)
+    except KeyboardInterrupt:
+        return _fail(130, "Interrupted; nothing was written.")
+    except LayoutError as error:
+        return _fail(1, str(error))
+    except CrossfieldError as error:
+        return _fail(2, str(error))
+    except MemoryError:
+        return _fail(1, "The memory does not suffice for this mesh; use a coarser one.")
+    except OSError as error:
+        return _fail(2, f"{error.filename or 'A file'}: {error.strerror or error}.")
+    except ImportError as error:
+        return _fail(1, f"A library cannot be loaded ({error}); install it and run again.")
+    return 0
+
+
+def _fail(code, sentence) -> int:
+    print("crossfield: " + " ".join(sentence.split()), file=sys.stderr)
+    return code
+
+
+class _Parser(argparse.ArgumentParser):
+    """Usage errors in one line."""
+
+    def error(self, message):
+        raise SettingsError(f"{message}; see {self.prog} --help.")
+
+
+def _parser():
+    parser = _Parser(prog="crossfield", description="Multi-block decomposition of surfaces.")
+    commands = parser.add_subparsers(dest="command", required=True, parser_class=_Parser)
+    command = commands.add_parser(
+        "decompose",
+        help="turn a mesh into blocks of quads",
+        description="Turn a mesh into a conforming multi-block quad mesh.",
+    )
+    command.add_argument("input", type=Path, help="mesh to decompose: .obj .ply .stl .blend")
+    _add_outputs(command)
+    _add_settings(command)
+    return parser
+
+
+def _add_outputs(command):
+    outputs = command.add_argument_group("outputs, written together or not at all")
+    outputs.add_argument("--output", type=Path, metavar="F.blend", help="Blender file with results")
+    outputs.add_argument("--quads", type=Path, metavar="F.obj", help="quad mesh, grouped by block")
+    outputs.add_argument("--report", type=Path, metavar="F.json", help="numbers of the result")
+    outputs.add_argument("--picture", type=Path, metavar="F.png", help="picture of the blocks")
+
+
+def _add_settings(command):
+    settings = command.add_argument_group("settings")
+    size = settings.add_mutually_exclusive_group()
+    size.add_argument("--edge-length", type=float, metavar="L", help="wanted edge of a quad")
+    size.add_argument(
+        "--quad-count",
+        type=int,
+        metavar="N",
+        default=_DEFAULTS.quad_count,
+        help="wanted number of quads (%(default)s)",
+    )
+    settings.add_argument(
+        "--relaxation",
+        choices=RELAXATIONS,
+        default=_DEFAULTS.relaxation,
+        help="relaxation of the cross field (%(default)s)",
+    )
+    settings.add_argument(
+        "--lines",
+        choices=LINES,
+        default=_DEFAULTS.lines,
+        help="lines stop at lines, or cross and run on to the boundary (%(default)s)",
+    )
+    settings.add_argument(
+        "--kink-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.kink_angle),
+        help="boundary vertices that turn by more are kept (%(default).0f)",
+    )
+    settings.add_argument(
+        "--line-distance",
+        type=float,
+        metavar="D",
+        default=_DEFAULTS.line_distance,
+        help="limit on a full streamline, in diagonals of the bounding box (%(default).0f)",
+    )
+    settings.add_argument(
+        "--line-turn",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.line_turn),
+        help="limit on the turning of a full streamline (%(default).0f)",
+    )
+    settings.add_argument(
+        "--stop-after",
+        choices=STAGES,
+        default=_DEFAULTS.stop_after,
+        help="last stage to run (%(default)s)",
+    )
+    settings.add_argument("--keep-lines", action="store_true", help="lines in the Blender file too")
+    settings.add_argument("--object", metavar="NAME", help="mesh object to take from a .blend")
+
+
+def _settings(arguments) -> Settings:
+    return Settings(
+        edge_length=arguments.edge_length,
+        quad_count=arguments.quad_count,
+        relaxation=arguments.relaxation,
+        lines=arguments.lines,
+        kink_angle=radians(arguments.kink_angle),
+        line_distance=arguments.line_distance,
+        line_turn=radians(arguments.line_turn),
+        stop_after=arguments.stop_after,
+    )
+
+
+def _run(arguments):
+    settings = _settings(arguments)
+    targets = _targets(arguments, settings)
+    from_blend = arguments.input.suffix.lower() == ".blend"
+    if arguments.object is not None and not from_blend:
+        raise SettingsError("--object names an object of a .blend file; leave it out here.")
+    check_targets(list(targets.values()), arguments.input)
+    if not arguments.input.is_file():
+        raise InputError(f"{arguments.input} is not a file; check the name.")
+    if from_blend:
+        from .blend_files import open_object
+
+        source, arrays = open_object(arguments.input, arguments.object)
+        points, polygons = arrays.points, arrays.polygons
+    else:
+        source = arrays = None
+        points, polygons = read_mesh(arguments.input)
+    decomposition = decompose(points, polygons, settings, progress=_progress())
+    with OutputFiles() as files:
+        for kind, target in targets.items():
+            temporary = files.temporary(target)
+            if kind == "output":
+                _write_blend(temporary, arguments, source, arrays, points, polygons, decomposition)
+            elif kind == "quads":
+                quads, blocks = decomposition.quads, decomposition.blocks
+                write_quads_obj(temporary, quads.points, quads.quads, blocks.quad_block)
+            elif kind == "report":
+                text = json.dumps(decomposition.report(), indent=2, allow_nan=False)
+                temporary.write_text(text + "\n", encoding="utf-8")
+            else:
+                from .picture import render_picture
+
+                render_picture(temporary, decomposition)
+    _tell(decomposition, targets)
+
+
+def _write_blend(path, arguments, source, arrays, points, polygons, decomposition):
+    from .blend_files import new_file_with, save_results
+
+    if source is None:
+        source, arrays = new_file_with(arguments.input.stem, points, polygons)
+    save_results(path, source, arrays, decomposition, arguments.keep_lines)
+
+
+def _targets(arguments, settings) -> dict[str, Path]:
+    """Kind of output -> file, for the outputs that were asked for."""
+    targets = {k: getattr(arguments, k) for k in _SUFFIXES if getattr(arguments, k) is not None}
+    for kind, target in targets.items():
+        if target.suffix.lower() != _SUFFIXES[kind]:
+            raise SettingsError(f"The file for --{kind} must end in {_SUFFIXES[kind]}: {target}.")
+    if settings.stop_after != "quads" and "quads" in targets:
+        raise SettingsError(f"There are no quads after --stop-after {settings.stop_after}.")
+    return targets
+
+
+def _progress():
+    """Progress on standard error where somebody watches it, else None."""
+    if not sys.stderr.isatty():
+        return None
+
+    def show(fraction, stage):
+        end = "\r\033[K" if fraction >= 1 else ""
+        print(f"\r\033[K{100 * fraction:3.0f} %  {stage}{end}", end="", file=sys.stderr, flush=True)
+
+    return show
+
+
+def _tell(decomposition, targets):
+    """The short result for a reader."""
+    print(decomposition.sentence())
+    for warning in decomposition.warnings:
+        print(f"note: {warning}")
+    times = [f"{stage} {seconds:.2f}" for stage, seconds in decomposition.seconds.items()]
+    print("CPU seconds: " + ", ".join(times))
+    for target in targets.values():
+        print(f"wrote {target}")

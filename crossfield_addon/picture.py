@@ -1,0 +1,221 @@
+"""Pictures of a decomposition, rendered by Blender's Workbench without a window.
+
+Works in a scene of its own in the open file and removes it afterwards.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from . import palette, results
+from .blend_files import quiet
+
+LAYERS = ("surface", "field", "lines", "quads", "blocks", "singularities")
+_PAPER = (1.0, 1.0, 1.0)
+_SURFACE = (0.80, 0.82, 0.85, 1.0)
+_CROSS = (0.10, 0.28, 0.42, 1.0)
+_WIRE = (0.20, 0.22, 0.26, 1.0)
+
+
+def render_picture(
+    path: Path, decomposition, layers=("quads", "blocks", "singularities"), pixels=1600
+) -> None:
+    """Write a PNG of some of `LAYERS`, the longer side of the picture having `pixels`.
+
+    The camera looks along the mean normal of the surface, without perspective.
+    """
+    scene = bpy.data.scenes.new("Crossfield picture")
+    objects = []
+    try:
+        view, size = _frame(decomposition.surface)
+        objects = _layer_objects(decomposition, layers, size.max() / 1600)
+        objects.append(_camera(decomposition.surface, view, size))
+        for shown in objects:
+            scene.collection.objects.link(shown)
+        scene.camera = objects[-1]
+        _set_up_render(scene, path, size, pixels, flat=_is_flat(decomposition.surface))
+        with quiet():
+            bpy.ops.render.render(write_still=True, scene=scene.name)
+    finally:
+        _remove(scene, objects)
+
+
+def _frame(surface):
+    """View axes (3, 3), rows right, up and towards the viewer, and the (2,) size seen."""
+    normal = (surface.face_normal * surface.face_area[:, None]).sum(0)
+    length = np.linalg.norm(normal)
+    towards = normal / length if length > 1e-6 * surface.face_area.sum() else np.array([0, 0, 1.0])
+    up = np.array([0, 1.0, 0]) if abs(towards[2]) > 0.9 else np.array([0, 0, 1.0])
+    right = np.cross(up, towards)
+    right /= np.linalg.norm(right)
+    view = np.array([right, np.cross(towards, right), towards])
+    return view, np.ptp(surface.points @ view[:2].T, axis=0)
+
+
+def _is_flat(surface):
+    depth = surface.points @ surface.face_normal[0]
+    return np.ptp(depth) < 1e-3 * np.linalg.norm(np.ptp(surface.points, axis=0))
+
+
+def _layer_objects(decomposition, layers, pixel):
+    """The objects of the wanted layers; `pixel` is the length of one pixel at 1600 pixels."""
+    objects = []
+    if "surface" in layers:
+        surface = decomposition.surface
+        mesh = bpy.data.meshes.new("surface")
+        mesh.from_pydata(surface.points.tolist(), [], surface.triangles.tolist())
+        mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
+        objects.append(_painted(mesh, _SURFACE))
+        rim = _rim(surface)
+        objects.append(_painted(results.curve_object("rim", rim, 1.6 * pixel, "rim"), palette.LINE))
+    if "field" in layers:
+        crosses = cross_segments(decomposition, 26 * pixel)
+        curve = results.curve_object("field", crosses, 1.0 * pixel, "field")
+        objects.append(_painted(curve, _CROSS))
+    if "lines" in layers:
+        complex_ = decomposition.complex
+        lines = np.split(complex_.arc_point, complex_.arc_offset[1:-1])
+        objects.append(results.curve_object("lines", lines, 2.0 * pixel, "lines"))
+    if "quads" in layers:
+        objects += _quad_objects(decomposition, pixel)
+    if "blocks" in layers:
+        blocks, points = decomposition.blocks, decomposition.quads.points
+        chains = np.split(points[blocks.edge_vertex], blocks.edge_offset[1:-1])
+        objects.append(results.curve_object("blocks", chains, 1.8 * pixel, "edges"))
+    if "singularities" in layers:
+        objects += _markers(decomposition.singularities, 9 * pixel)
+    return objects
+
+
+def _quad_objects(decomposition, pixel):
+    quads = results.quad_object("quads", decomposition.quads, decomposition.blocks)
+    wire = bpy.data.objects.new("wire", quads.data.copy())
+    wire.data.materials.clear()
+    wire.data.materials.append(_paint(_WIRE))
+    wire.data.polygons.foreach_set("material_index", np.zeros(len(wire.data.polygons), np.int32))
+    modifier = wire.modifiers.new("wire", "WIREFRAME")
+    modifier.thickness = 1.1 * pixel
+    modifier.offset = 0.0
+    return [quads, wire]
+
+
+def _markers(singularities, radius):
+    """A ball at each singularity: red for k < 0, blue for k > 0."""
+    markers = []
+    for colour, chosen in (
+        (palette.NEGATIVE, singularities.k < 0),
+        (palette.POSITIVE, singularities.k > 0),
+    ):
+        ball = bpy.data.meshes.new("ball")
+        points, faces = _ball(radius)
+        centre = np.asarray(singularities.position)[chosen]
+        every = (centre[:, None, :] + points).reshape(-1, 3)
+        shift = len(points) * np.arange(len(centre))[:, None, None]
+        ball.from_pydata(every.tolist(), [], (faces + shift).reshape(-1, 4).tolist())
+        markers.append(_painted(ball, colour))
+    return markers
+
+
+def _ball(radius, count=24):
+    """Points and quads of a sphere cut by meridians and parallels."""
+    around, along = np.arange(count), np.arange(count // 2)
+    phi = 2 * np.pi * around / count
+    theta = np.pi * (np.arange(count // 2 + 1)) / (count // 2)
+    ring = np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    level = np.sin(theta)[:, None, None] * ring
+    height = np.broadcast_to(np.cos(theta)[:, None, None], level.shape[:2] + (1,))
+    points = radius * np.concatenate([level, height], axis=2).reshape(-1, 3)
+    low = along[:, None] * count
+    following = (around + 1) % count
+    quads = [low + around, low + count + around, low + count + following, low + following]
+    return points, np.stack(quads, axis=-1).reshape(-1, 4)
+
+
+def cross_segments(decomposition, spacing) -> list:
+    """Two crossing segments at vertices about `spacing` apart, as (2, 3) arrays of points."""
+    surface = decomposition.surface
+    cell = np.floor(surface.points / spacing).astype(np.int64)
+    chosen = np.unique(cell, axis=0, return_index=True)[1]
+    normal = np.zeros_like(surface.points)
+    for corner in range(3):
+        weighted = surface.face_normal * surface.face_area[:, None]
+        np.add.at(normal, surface.triangles[:, corner], weighted)
+    normal = normal[chosen] / np.linalg.norm(normal[chosen], axis=1, keepdims=True)
+    first = 0.42 * spacing * decomposition.direction[chosen]
+    second = np.cross(normal, first)
+    centre = surface.points[chosen]
+    return [
+        np.array([c - arm, c + arm])
+        for c, pair in zip(centre, np.stack([first, second], axis=1))
+        for arm in pair
+    ]
+
+
+def _rim(surface):
+    """The boundary loops as closed chains of points."""
+    chains = np.split(surface.tail[surface.loop_halfedges], surface.loop_offset[1:-1])
+    return [surface.points[np.append(chain, chain[:1])] for chain in chains if len(chain)]
+
+
+def _paint(colour):
+    material = bpy.data.materials.new("picture")
+    material.diffuse_color = colour
+    return material
+
+
+def _painted(thing, colour):
+    """An object of this colour, from a mesh or from an object."""
+    shown = thing if isinstance(thing, bpy.types.Object) else bpy.data.objects.new("part", thing)
+    shown.data.materials.clear()
+    shown.data.materials.append(_paint(colour))
+    return shown
+
+
+def _camera(surface, view, size):
+    camera = bpy.data.cameras.new("picture")
+    camera.type = "ORTHO"
+    camera.ortho_scale = 1.04 * size.max()
+    diagonal = np.linalg.norm(np.ptp(surface.points, axis=0))
+    camera.clip_start, camera.clip_end = 1e-3 * diagonal, 10 * diagonal
+    shown = bpy.data.objects.new("picture", camera)
+    seen = surface.points @ view.T
+    centre = (seen.min(0) + seen.max(0)) / 2
+    centre[2] = seen[:, 2].max() + diagonal
+    matrix = np.eye(4)
+    matrix[:3, :3] = view.T
+    matrix[:3, 3] = centre @ view
+    shown.matrix_world = Matrix(matrix.tolist())
+    return shown
+
+
+def _set_up_render(scene, path, size, pixels, flat):
+    margin = 0.04 * size.max()
+    shape = (size + margin) / (size.max() + margin) * pixels
+    render = scene.render
+    render.engine = "BLENDER_WORKBENCH"
+    render.resolution_x, render.resolution_y = (int(np.ceil(s)) for s in shape)
+    render.resolution_percentage = 100
+    render.image_settings.file_format = "PNG"
+    render.filepath = str(path)
+    scene.view_settings.view_transform = "Standard"
+    scene.world = bpy.data.worlds.new("picture")
+    scene.world.color = _PAPER
+    shading = scene.display.shading
+    shading.light = "FLAT" if flat else "STUDIO"
+    shading.color_type = "MATERIAL"
+    scene.display.render_aa = "16"
+
+
+def _remove(scene, objects):
+    data = [shown.data for shown in objects]
+    world = scene.world
+    for shown in objects:
+        bpy.data.objects.remove(shown)
+    bpy.data.batch_remove([d for d in data if not d.users] + ([world] if world else []))
+    bpy.data.batch_remove([m for m in bpy.data.materials if m.name.startswith("picture")])
+    bpy.data.scenes.remove(scene)
+    palette.remove_unused()

@@ -1,0 +1,114 @@
+"""The settings of the core as Blender properties, shared by the panel and the operators."""
+
+from __future__ import annotations
+
+from math import radians
+
+import bpy
+
+from ..core.settings import Settings
+
+_DEFAULTS = Settings()
+_OPTIONS = {"SKIP_SAVE"}
+
+
+class SettingProperties:
+    """The properties of `core.settings.Settings` that a user can change, and the way back."""
+
+    size: bpy.props.EnumProperty(
+        name="Size",
+        description="What the size of the quads is chosen by",
+        items=(
+            ("COUNT", "Number of quads", "About this many quads on the whole surface"),
+            ("LENGTH", "Edge length", "Quads with edges of about this length"),
+        ),
+        default="COUNT",
+        options=_OPTIONS,
+    )
+    quad_count: bpy.props.IntProperty(
+        name="Quads",
+        description="Wanted number of quads",
+        default=_DEFAULTS.quad_count,
+        min=1,
+        soft_max=100_000,
+        options=_OPTIONS,
+    )
+    edge_length: bpy.props.FloatProperty(
+        name="Edge length",
+        description="Wanted length of a quad's edge, in the object's own space",
+        default=0.1,
+        min=0.0,
+        precision=4,
+        unit="LENGTH",
+        options=_OPTIONS,
+    )
+    relaxation: bpy.props.EnumProperty(
+        name="Relaxation",
+        description="How the propagated cross field is relaxed",
+        items=(
+            ("none", "None", "The field as propagated from the boundary"),
+            ("harmonic", "Harmonic", "Smoothest field with the same singularities"),
+            ("diffused", "Diffused", "Singularities move to where they cost least"),
+        ),
+        default=_DEFAULTS.relaxation,
+        options=_OPTIONS,
+    )
+    lines: bpy.props.EnumProperty(
+        name="Lines",
+        description="Where the lines traced from singularities and corners end",
+        items=(
+            ("motorcycle", "Motorcycle graph", "Lines stop where they meet another line"),
+            ("full", "Full streamlines", "Lines cross one another and run on to the boundary"),
+        ),
+        default=_DEFAULTS.lines,
+        options=_OPTIONS,
+    )
+    kink_angle: bpy.props.FloatProperty(
+        name="Kink angle",
+        description="Boundary vertices that turn by more stay vertices of the quad mesh",
+        default=_DEFAULTS.kink_angle,
+        min=radians(1.0),
+        max=radians(89.0),
+        subtype="ANGLE",
+        options=_OPTIONS,
+    )
+    line_distance: bpy.props.FloatProperty(
+        name="Longest line",
+        description="Limit on a full streamline, in diagonals of the bounding box",
+        default=_DEFAULTS.line_distance,
+        min=0.1,
+        soft_max=100.0,
+        options=_OPTIONS,
+    )
+    line_turn: bpy.props.FloatProperty(
+        name="Largest turn",
+        description="Limit on the total turning of a full streamline",
+        default=_DEFAULTS.line_turn,
+        min=radians(90.0),
+        soft_max=radians(36000.0),
+        subtype="ANGLE",
+        options=_OPTIONS,
+    )
+    keep_lines: bpy.props.BoolProperty(
+        name="Keep the lines",
+        description="Also show the traced lines as a curve object of their own",
+        default=False,
+        options=_OPTIONS,
+    )
+
+    def settings(self, stop_after: str) -> Settings:
+        """The core's settings; raises SettingsError when they are out of range."""
+        return Settings(
+            edge_length=self.edge_length if self.size == "LENGTH" else None,
+            quad_count=self.quad_count,
+            relaxation=self.relaxation,
+            lines=self.lines,
+            kink_angle=self.kink_angle,
+            line_distance=self.line_distance,
+            line_turn=self.line_turn,
+            stop_after=stop_after,
+        )
+
+
+class CrossfieldSettings(SettingProperties, bpy.types.PropertyGroup):
+    """``Scene.crossfield``: what the panel shows and the operators start from."""
