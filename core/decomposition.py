@@ -1,0 +1,123 @@
+"""What a decomposition hands out, and its report in numbers and in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .blocks import Blocks
+from .cells import CellComplex
+from .cleaning import CleanMesh
+from .cross_field import CrossField
+from .settings import Settings
+from .singularities import Singularities
+from .surface import TriangleSurface
+
+
+@dataclass(frozen=True)
+class QuadMesh:
+    """The conforming all-quad mesh.
+
+    points           (P, 3) float64, on the input surface; boundary vertices on its boundary
+    quads            (Q, 4) int64, counter-clockwise
+    on_boundary      (P,) bool
+    valence          (P,) int64, number of quads round each vertex
+    scaled_jacobian  (Q,) float64, the worst of the four corners
+    """
+
+    points: np.ndarray
+    quads: np.ndarray
+    on_boundary: np.ndarray
+    valence: np.ndarray
+    scaled_jacobian: np.ndarray
+
+
+@dataclass(frozen=True)
+class Decomposition:
+    """All results of one run; later ones are None when the run was to stop before them.
+
+    settings       Settings
+    clean          CleanMesh, the given mesh as triangles, with the way back to the user's elements
+    surface        TriangleSurface, the working surface; its first len(clean.points) vertices are
+                   those of `clean`
+    face_origin    (F,) int64, the user's polygon of each working triangle
+    distance       (V,) float64, arrival distance from the constraints
+    direction      (V, 3) float64, one unit direction of the cross at each working vertex
+    field          CrossField
+    singularities  Singularities
+    complex        CellComplex, the four-sided cells between the lines
+    quads          QuadMesh
+    blocks         Blocks, the base complex of the quad mesh
+    polygon_index  (N,) int64, k of each of the user's polygons, 0 where it is not singular
+    polygon_block  (N,) int64, block that the middle of each of the user's polygons lies in, or -1
+    seconds        CPU seconds of each stage, and their "total"
+    warnings       sentences for the user
+    """
+
+    settings: Settings
+    clean: CleanMesh
+    surface: TriangleSurface
+    face_origin: np.ndarray
+    distance: np.ndarray
+    direction: np.ndarray
+    field: CrossField
+    singularities: Singularities
+    complex: CellComplex | None
+    quads: QuadMesh | None
+    blocks: Blocks | None
+    polygon_index: np.ndarray
+    polygon_block: np.ndarray
+    seconds: dict
+    warnings: list
+
+    def report(self) -> dict:
+        """The figures of the run as plain numbers, ready for JSON."""
+        surface, singular = self.surface, self.singularities
+        report = {
+            "input": {
+                "vertices": len(self.clean.points),
+                "triangles": len(self.clean.triangles),
+                "euler_characteristic": surface.euler_characteristic,
+                "boundary_loops": surface.loop_count,
+                "components": surface.component_count,
+            },
+            "singularities": [
+                {"k": int(k), "valence": int(valence), "position": position.tolist()}
+                for k, valence, position in zip(singular.k, singular.valence, singular.position)
+            ],
+            "index_sum": singular.index_sum,
+            "expected_index_sum": singular.expected_index_sum,
+            "seconds": {stage: round(value, 4) for stage, value in self.seconds.items()},
+            "warnings": list(self.warnings),
+        }
+        if self.complex is not None:
+            report["cells"] = {"count": self.complex.cell_count}
+        if self.quads is not None:
+            # An unfit layout raises before this point: what is handed out is conforming.
+            report["blocks"] = {"count": self.blocks.count, "conforming": True}
+            report["quads"] = {
+                "count": len(self.quads.quads),
+                "min_scaled_jacobian": float(self.quads.scaled_jacobian.min()),
+                "mean_scaled_jacobian": float(self.quads.scaled_jacobian.mean()),
+            }
+        return report
+
+    def sentence(self) -> str:
+        """The result in words, for a panel or a terminal."""
+        count = len(self.singularities)
+        balanced = self.singularities.index_sum == self.singularities.expected_index_sum
+        parts = [
+            f"{_number(count, 'singularity', 'singularities')}, index sum "
+            + ("as topology asks" if balanced else "not as topology asks")
+        ]
+        if self.quads is not None:
+            parts.append(_number(self.blocks.count, "block", "blocks"))
+            parts.append(_number(len(self.quads.quads), "quad", "quads"))
+        elif self.complex is not None:
+            parts.append(_number(self.complex.cell_count, "four-sided cell", "four-sided cells"))
+        return "; ".join(parts)
+
+
+def _number(count, one, many):
+    return f"{count:,} {one if count == 1 else many}"
