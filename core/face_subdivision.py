@@ -6,8 +6,10 @@ that polygon's corners, so that no two chords can cross unnoticed and no point c
 sides. Points are numbers: mesh vertices first, points on edges and chords after them.
 
 A side of a polygon carries a tag: 0, 1 or 2 for a piece of that side of the triangle, or
-`chord_tag(line, family)` for a piece of a line. Family is the branch number modulo 2, read on the
-first halfedge of the triangle.
+`chord_tag(line, exit)` for a piece of a line. `exit` is the one branch (modulo 4, numbered on side 0
+of the triangle) that may leave the polygon there: the branch of the line turned a quarter towards
+the far side. Two lines of one family never match, so they never cross; and no line can be crossed
+backwards. The same holds for walls, which makes four corners a certainty.
 """
 
 from __future__ import annotations
@@ -20,16 +22,12 @@ from .line_field import QUARTER, LineField
 MARGIN = 0.02
 
 
-def chord_tag(line: int, family: int) -> int:
-    return 3 + 2 * line + family
+def chord_tag(line: int, exit_branch: int) -> int:
+    return 3 + 4 * line + exit_branch % 4
 
 
 def tag_line(tag: int) -> int:
-    return (tag - 3) // 2
-
-
-def tag_family(tag: int) -> int:
-    return (tag - 3) % 2
+    return (tag - 3) // 4
 
 
 class Polygon:
@@ -64,7 +62,7 @@ class SplitFace:
     """
 
     __slots__ = (
-        "face", "corner", "edge_angle", "relative", "rotation", "branch_shift", "wall_family",
+        "face", "corner", "edge_angle", "relative", "rotation", "branch_shift", "wall_exit",
         "place", "polygons", "origin", "axes",
     )
 
@@ -82,9 +80,9 @@ class SplitFace:
         shift = lines.next_branch[first : first + 3].tolist()
         self.branch_shift = [0, shift[0], shift[0] + shift[1]]
         twin = lines.twin[first : first + 3].tolist()
-        # The family that runs along a boundary side may not leave through it; -1 inside.
-        self.wall_family = [
-            (round(-self.relative[k] / QUARTER) - self.branch_shift[k]) % 2 if twin[k] < 0 else -1
+        # The branch that points out through a boundary side, a quarter right of the wall's own.
+        self.wall_exit = [
+            round(-self.relative[k] / QUARTER) - 1 - self.branch_shift[k] if twin[k] < 0 else None
             for k in range(3)
         ]
         self.place = dict(zip(vertices, self.corner))
@@ -110,6 +108,12 @@ class SplitFace:
         return [
             o + place[0] * u + place[1] * v for o, u, v in zip(self.origin, *self.axes)
         ]
+
+    def exit_branch(self, tag: int):
+        """The branch (modulo 4) that may leave through a side with this tag; None: any."""
+        if tag >= 3:
+            return (tag - 3) % 4
+        return None if self.wall_exit[tag] is None else self.wall_exit[tag] % 4
 
     def ray_exit(self, start, angle: float, entry: int):
         """Side and parameter where a ray from a point of side `entry` (-1: inside) leaves."""
@@ -177,16 +181,15 @@ def _turned_inside(offset, angle):
     return right + min(max(turn, least), wedge - least)
 
 
-def split_polygon(split: SplitFace, polygon: Polygon, start: int, side: int, point: int, tag: int):
-    """Cut a polygon by a chord from its corner `start` to a new point on side `side`.
+def split_polygon(split, polygon: Polygon, start: int, side: int, point: int, line: int, branch: int):
+    """Cut a polygon by a line's chord from its corner `start` to a new point on side `side`.
 
-    side is counted from the start corner as `aim` does. The polygon keeps the part right of the
-    chord; the new polygon, left of it, is returned.
+    side is counted from the start corner as `aim` does; branch is the line's, numbered on side 0 of
+    the triangle. The polygon keeps the part right of the chord, a new one takes the left part.
     """
     points = polygon.points[start:] + polygon.points[:start]
     tags = polygon.tags[start:] + polygon.tags[:start]
     polygon.points = points[: side + 1] + [point]
-    polygon.tags = tags[: side + 1] + [tag]
-    left = Polygon([points[0], point] + points[side + 1 :], [tag, tags[side]] + tags[side + 1 :])
-    split.polygons.append(left)
-    return left
+    polygon.tags = tags[: side + 1] + [chord_tag(line, branch + 1)]
+    left_tags = [chord_tag(line, branch - 1)] + tags[side:]
+    split.polygons.append(Polygon([points[0], point] + points[side + 1 :], left_tags))

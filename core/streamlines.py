@@ -15,14 +15,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from math import cos, hypot, pi
+from math import atan2, hypot, inf, pi
 
 import numpy as np
 
 from .cells import NodeKind
 from .errors import Cancelled, LayoutError
 from .face_subdivision import (
-    MARGIN, SplitFace, aim, chord_tag, split_polygon, tag_family, tag_line,
+    MARGIN, SplitFace, aim, split_polygon, tag_line,
 )
 from .line_field import LineField, Port
 
@@ -146,10 +146,9 @@ class LineGraph:
         polygon.insert(number, point)
         self.walls.setdefault(halfedge, []).append((parameter, point))
         self.meetings[point] = Meeting(NodeKind.REGULAR, True)
-        inward = split.edge_angle[side] + pi / 2
-        branch = min(range(4), key=lambda b: -cos(split.field_angle(side, parameter, b) - inward))
+        inward = split.wall_exit[side] + 2
         self._enqueue(
-            Line(len(self.tracks), [point], [PLAIN], face, branch, None, (side,), (side, parameter))
+            Line(len(self.tracks), [point], [PLAIN], face, inward, None, (side,), (side, parameter))
         )
 
     def start_between(self, face: int, first: int, second: int) -> None:
@@ -171,12 +170,9 @@ class LineGraph:
         (x0, y0), (x1, y1) = split.place[first], split.place[second]
         place = ((x0 + x1) / 2, (y0 + y1) / 2)
         point = self._divide_chord(split, polygon, number, place, NodeKind.JUNCTION)
-        left = np.arctan2(y1 - y0, x1 - x0) + pi / 2
-        across = [b for b in range(4) if b % 2 != tag_family(tag)]
-        branch = min(across, key=lambda b: -cos(split.field_angle(0, 0.5, b) - left))
-        self._enqueue(
-            Line(len(self.tracks), [point], [STEM], face, branch, float(left), (tag,))
-        )
+        left = atan2(y1 - y0, x1 - x0) + pi / 2
+        inward = split.exit_branch(tag) + 2
+        self._enqueue(Line(len(self.tracks), [point], [STEM], face, inward, left, (tag,)))
 
     def _enqueue(self, line):
         self.tracks.append(line)
@@ -221,8 +217,11 @@ class LineGraph:
 
     def _count_pass(self, line):
         key = (line.number, line.face)
-        self._passes[key] = self._passes.get(key, 0) + 1
-        if self._passes[key] > MOST_PASSES:
+        passes = self._passes[key] = self._passes.get(key, 0) + 1
+        if passes > MOST_PASSES and self._limits is not None:
+            # A full streamline may wind; from here on it ends at the next line.
+            line.turn = inf
+        if passes > MOST_PASSES * (1 if self._limits is None else 2):
             raise LineTrapped(int(self.lines.origin_face[line.face]))
 
     def _heading(self, line, split) -> float:
@@ -242,33 +241,21 @@ class LineGraph:
     def _starting_polygon(self, line, split, angle):
         """The polygon that the next chord cuts, and which of its corners the line stands on."""
         point = line.points[-1]
-        found = [p for p in split.polygons if point in p.points]
+        found = [(p, p.points.index(point)) for p in split.polygons if point in p.points]
         if len(found) == 1:
-            return found[0], found[0].points.index(point)
-        # Several wedges at a vertex: the one whose middle is nearest to the wanted direction.
-        x0, y0 = split.place[point]
-
-        def misfit(polygon):
-            at = polygon.points.index(point)
-            after = split.place[polygon.points[(at + 1) % len(polygon.points)]]
-            before = split.place[polygon.points[at - 1]]
-            right = np.arctan2(after[1] - y0, after[0] - x0)
-            wedge = (np.arctan2(before[1] - y0, before[0] - x0) - right) % (2 * pi)
-            return abs((angle - right - wedge / 2 + pi) % (2 * pi) - pi) - wedge / 2
-
-        best = min(found, key=misfit)
-        return best, best.points.index(point)
+            return found[0]
+        if line.entry is None and point < len(self.lines.point):
+            # Ports of a vertex start counter-clockwise: the wedge left of all earlier ones.
+            return next(f for f in found if f[0].tags[f[1] - 1] == line.barred[1])
+        return min(found, key=lambda f: _misfit(split, *f, angle))
 
     def _admissible(self, line, split, polygon, start, side, share):
         """The side to leave by: the one aimed at, or the nearest that the line may pass."""
         count = len(polygon.points)
-        family = line.branch % 2
 
         def allowed(number):
             tag = polygon.tags[(start + number) % count]
-            if tag >= 3:
-                return tag_family(tag) != family and tag not in line.barred
-            return tag not in line.barred and split.wall_family[tag] != family
+            return tag not in line.barred and split.exit_branch(tag) in (None, line.branch % 4)
 
         if allowed(side):
             return side, share
@@ -326,8 +313,7 @@ class LineGraph:
         return beyond if runs_on else None
 
     def _lay_chord(self, line, split, polygon, start, side, point):
-        tag = chord_tag(line.number, line.branch % 2)
-        split_polygon(split, polygon, start, side, point, tag)
+        split_polygon(split, polygon, start, side, point, line.number, line.branch)
         line.points.append(point)
         line.roles.append(PLAIN)
         line.faces.append(split.face)
@@ -379,3 +365,13 @@ def _segment(points, first, second):
         if points[at] == second and points[at + 1] == first:
             return at, False
     raise KeyError((first, second))
+
+
+def _misfit(split, polygon, corner, angle):
+    """How far a direction lies outside a corner of a polygon; negative inside."""
+    x0, y0 = split.place[polygon.points[corner]]
+    x1, y1 = split.place[polygon.points[(corner + 1) % len(polygon.points)]]
+    x2, y2 = split.place[polygon.points[corner - 1]]
+    right = atan2(y1 - y0, x1 - x0)
+    half = 0.5 * ((atan2(y2 - y0, x2 - x0) - right) % (2 * pi))
+    return abs((angle - right - half + pi) % (2 * pi) - pi) - half
