@@ -143,13 +143,14 @@ def closest_point(surface: TriangleSurface, points, start_face=None):
 
 
 def _descend(surface, points, face):
-    weight, place, distance = _closest_in_triangle(surface, points, face)
+    weight, place, distance = closest_in_triangle(surface.points[surface.triangles[face]], points)
     active = np.arange(len(points))
     while len(active):
         item, candidate = _neighbours(surface, face[active], weight[active])
         item = active[item]
-        new_weight, new_place, new_distance = _closest_in_triangle(surface, points[item], candidate)
-        best = _first_smallest(item, new_distance)
+        corner = surface.points[surface.triangles[candidate]]
+        new_weight, new_place, new_distance = closest_in_triangle(corner, points[item])
+        best = first_smallest(item, new_distance)
         best = best[new_distance[best] < distance[item[best]] * (1 - 1e-12)]
         active = item[best]
         face[active], weight[active] = candidate[best], new_weight[best]
@@ -169,14 +170,17 @@ def _neighbours(surface, face, weight):
     on_edge, twin = on_edge[twin >= 0], twin[twin >= 0]
     at_vertex = np.flatnonzero(count == 2)
     vertex = surface.triangles[face[at_vertex], weight[at_vertex].argmax(1)]
-    item, position = _expand(surface.fan_offset[vertex], surface.fan_offset[vertex + 1])
+    item, position = expand_ranges(surface.fan_offset[vertex], surface.fan_offset[vertex + 1])
     item, around = at_vertex[item], surface.fan[position] // 3
     return np.concatenate([on_edge, item]), np.concatenate([twin // 3, around])
 
 
-def _closest_in_triangle(surface, points, face):
-    """(barycentric (n, 3), point (n, 3), squared distance (n,)); zero weights are exact."""
-    corner = surface.points[surface.triangles[face]]
+def closest_in_triangle(corner, points):
+    """Closest points of single triangles: row i of one belongs to row i of the other.
+
+    corner (n, 3, 3) float64, points (n, 3) float64. Returns barycentric coordinates (n, 3), exactly
+    zero where the closest point lies on the outline; the points (n, 3); squared distances (n,).
+    """
     edge = np.roll(corner, -1, axis=1) - corner
     relative = points[:, None] - corner
     weight = _plane_coordinates(edge[:, 0], -edge[:, 2], relative[:, 0], 1.0)
@@ -260,21 +264,22 @@ def _search_tree(surface, tree, points):
         outside = np.maximum(np.maximum(low[node] - point, point - high[node]), 0.0)
         near = (outside**2).sum(1) <= bound[item] * (1 + 1e-12)
         item, node = item[near], node[near]
-    pair, position = _expand(tree.start[-1][node], tree.start[-1][node + 1])
+    pair, position = expand_ranges(tree.start[-1][node], tree.start[-1][node + 1])
     item, face = item[pair], tree.order[position]
-    _, place, distance = _closest_in_triangle(surface, points[item], face)
-    best = _first_smallest(item, distance)
+    corner = surface.points[surface.triangles[face]]
+    _, place, distance = closest_in_triangle(corner, points[item])
+    best = first_smallest(item, distance)
     return place[best], face[best]
 
 
-def _expand(first, last):
-    """Ranges first[i]:last[i] written out: (i repeated, the numbers in the ranges)."""
+def expand_ranges(first, last):
+    """Ranges first[i]:last[i] written out: (i repeated, the numbers in the ranges), int64."""
     count = last - first
     item = np.repeat(np.arange(len(count)), count)
     return item, np.arange(len(item)) - np.repeat(np.cumsum(count) - count - first, count)
 
 
-def _first_smallest(item, value):
+def first_smallest(item, value):
     """Positions of the smallest value of each item, in the order of the items."""
     order = np.lexsort((value, item))
     return order[np.unique(item[order], return_index=True)[1]]
