@@ -93,7 +93,9 @@ def prepare_environment(folder, python, modules):
     """Make the environment where needed; returns "" or the sentence that says what went wrong."""
     if not os.path.exists(python):
         say("Making an environment in " + folder)
-        made = subprocess.run([sys.executable, "-m", "venv", folder], capture_output=True, text=True)
+        made = subprocess.run(
+            [sys.executable, "-m", "venv", folder], capture_output=True, text=True
+        )
         if made.returncode:
             return (
                 "No virtual environment could be made in {0}; install Python's venv module"

@@ -9,8 +9,12 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import traceback
+from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
+
+import numpy as np
 
 from ..core.errors import CrossfieldError, InputError, LayoutError, SettingsError
 from ..core.mesh_files import read_mesh, write_quads_obj
@@ -40,6 +44,12 @@ def main(argv=None) -> int:
         return _fail(2, f"{error.filename or 'A file'}: {error.strerror or error}.")
     except ImportError as error:
         return _fail(1, f"A library cannot be loaded ({error}); install it and run again.")
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(place.filename).name}, line {place.lineno}"
+        return _fail(
+            1, f"Crossfield failed on this input ({error!r} in {where}); please report it."
+        )
     return 0
 
 
@@ -144,48 +154,75 @@ def _settings(arguments) -> Settings:
     )
 
 
+@dataclass(frozen=True)
+class _Given:
+    """The mesh to decompose, and the Blender object it came from (None for other files)."""
+
+    points: np.ndarray
+    polygons: object
+    source: object = None
+    arrays: object = None
+
+
 def _run(arguments):
     settings = _settings(arguments)
     targets = _targets(arguments, settings)
-    from_blend = arguments.input.suffix.lower() == ".blend"
-    if arguments.object is not None and not from_blend:
-        raise SettingsError("--object names an object of a .blend file; leave it out here.")
-    check_targets(list(targets.values()), arguments.input)
-    if not arguments.input.is_file():
-        raise InputError(f"{arguments.input} is not a file; check the name.")
-    if from_blend:
-        from .blend_files import open_object
-
-        source, arrays = open_object(arguments.input, arguments.object)
-        points, polygons = arrays.points, arrays.polygons
-    else:
-        source = arrays = None
-        points, polygons = read_mesh(arguments.input)
-    decomposition = decompose(points, polygons, settings, progress=_progress())
+    given = _read(arguments)
+    decomposition = decompose(given.points, given.polygons, settings, progress=_progress())
     with OutputFiles() as files:
         for kind, target in targets.items():
-            temporary = files.temporary(target)
-            if kind == "output":
-                _write_blend(temporary, arguments, source, arrays, points, polygons, decomposition)
-            elif kind == "quads":
-                quads, blocks = decomposition.quads, decomposition.blocks
-                write_quads_obj(temporary, quads.points, quads.quads, blocks.quad_block)
-            elif kind == "report":
-                text = json.dumps(decomposition.report(), indent=2, allow_nan=False)
-                temporary.write_text(text + "\n", encoding="utf-8")
-            else:
-                from .picture import render_picture
-
-                render_picture(temporary, decomposition)
+            _WRITERS[kind](files.temporary(target), arguments, given, decomposition)
     _tell(decomposition, targets)
 
 
-def _write_blend(path, arguments, source, arrays, points, polygons, decomposition):
+def _read(arguments) -> _Given:
+    path = arguments.input
+    from_blend = path.suffix.lower() == ".blend"
+    if arguments.object is not None and not from_blend:
+        raise SettingsError("--object names an object of a .blend file; leave it out here.")
+    if path.is_dir() or not path.exists():
+        raise InputError(
+            f"{path} is {'a directory' if path.is_dir() else 'not there'}; name a file."
+        )
+    if not from_blend:
+        return _Given(*read_mesh(path))
+    from .blend_files import open_object
+
+    source, arrays = open_object(path, arguments.object)
+    return _Given(arrays.points, arrays.polygons, source, arrays)
+
+
+def _write_blend(path, arguments, given, decomposition):
     from .blend_files import new_file_with, save_results
 
+    source, arrays = given.source, given.arrays
     if source is None:
-        source, arrays = new_file_with(arguments.input.stem, points, polygons)
+        source, arrays = new_file_with(arguments.input.stem, given.points, given.polygons)
     save_results(path, source, arrays, decomposition, arguments.keep_lines)
+
+
+def _write_quads(path, arguments, given, decomposition):
+    quads, blocks = decomposition.quads, decomposition.blocks
+    write_quads_obj(path, quads.points, quads.quads, blocks.quad_block)
+
+
+def _write_report(path, arguments, given, decomposition):
+    text = json.dumps(decomposition.report(), indent=2, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _write_picture(path, arguments, given, decomposition):
+    from .picture import render_picture
+
+    render_picture(path, decomposition)
+
+
+_WRITERS = {
+    "output": _write_blend,
+    "quads": _write_quads,
+    "report": _write_report,
+    "picture": _write_picture,
+}
 
 
 def _targets(arguments, settings) -> dict[str, Path]:
@@ -196,6 +233,11 @@ def _targets(arguments, settings) -> dict[str, Path]:
             raise SettingsError(f"The file for --{kind} must end in {_SUFFIXES[kind]}: {target}.")
     if settings.stop_after != "quads" and "quads" in targets:
         raise SettingsError(f"There are no quads after --stop-after {settings.stop_after}.")
+    if settings.stop_after != "quads" and "picture" in targets:
+        raise SettingsError(
+            f"There are no blocks to draw after --stop-after {settings.stop_after}."
+        )
+    check_targets(list(targets.values()), arguments.input)
     return targets
 
 

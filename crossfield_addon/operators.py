@@ -59,9 +59,7 @@ class _StageOperator(SettingProperties):
             return {"CANCELLED"}
         finally:
             progress.progress_end()
-        notes = results.write_results(
-            context.scene, source, arrays, decomposition, self.keep_lines
-        )
+        notes = results.write_results(context.scene, source, arrays, decomposition, self.keep_lines)
         for note in notes:
             self.report({"WARNING"}, note)
         self.report({"INFO"}, decomposition.sentence())
