@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from .errors import Cancelled
+from .multigrid import Multigrid
 from .sparse_matrix import SparseMatrix
 
-__all__ = ["SparseMatrix", "solve"]
+__all__ = ["SparseMatrix", "jacobi", "preconditioner_for", "solve"]
+
+# Multigrid pays above this size, unless the diagonal dominates so much that Jacobi is good enough.
+LARGE = 2000
+DOMINATED = 0.97
 
 
 def solve(
@@ -35,7 +40,7 @@ def solve(
     right_hand_side = np.asarray(right_hand_side)
     kind = np.result_type(matrix.value, right_hand_side, np.float64)
     if preconditioner is None:
-        preconditioner = jacobi(matrix)
+        preconditioner = preconditioner_for(matrix)
     columns = np.atleast_2d(right_hand_side.T).astype(kind)
     if start is None:
         guesses = np.zeros_like(columns)
@@ -46,6 +51,17 @@ def solve(
         for b, x in zip(columns, guesses)
     ]
     return np.array(solved).T.reshape(right_hand_side.shape)
+
+
+def preconditioner_for(matrix: SparseMatrix):
+    """The preconditioner that `solve` uses; make it once to solve with one matrix several times."""
+    if matrix.size < LARGE:
+        return jacobi(matrix)
+    diagonal = matrix.diagonal().real
+    beside = matrix.absolute_row_sum() - diagonal
+    if np.all(beside <= DOMINATED * diagonal):
+        return jacobi(matrix)
+    return Multigrid(matrix)
 
 
 def jacobi(matrix: SparseMatrix):

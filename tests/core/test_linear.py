@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from core.errors import Cancelled
-from core.linear import SparseMatrix, solve
-from tests.core.surfaces import plate
+from core.linear import SparseMatrix, jacobi, preconditioner_for, solve
+from core.multigrid import Multigrid
+from tests.core.surfaces import plate, torus
 
 
 def random_triplets(size, count, seed, complex_values=False):
@@ -27,8 +28,8 @@ def plate_laplacian(n, phases=False, spread=0.0, seed=0):
     edge = surface.edges
     tail, head = surface.tail[edge], surface.head[edge]
     weight = 10.0 ** rng.uniform(-spread / 2, spread / 2, len(edge))
-    gauge = np.exp(1j * rng.uniform(0, 6, surface.vertex_count)) if phases else np.ones(len(surface.points))
     size = surface.vertex_count
+    gauge = np.exp(1j * rng.uniform(0, 6, size)) if phases else np.ones(size)
     across = -weight * gauge[tail] * gauge[head].conj()
     degree = np.bincount(tail, weight, size) + np.bincount(head, weight, size)
     rows = np.concatenate([tail, head, np.arange(size)])
@@ -36,8 +37,8 @@ def plate_laplacian(n, phases=False, spread=0.0, seed=0):
     values = np.concatenate([across, across.conj(), degree])
     number = np.where(surface.on_boundary, -1, np.cumsum(~surface.on_boundary) - 1)
     keep = (number[rows] >= 0) & (number[columns] >= 0)
-    inner = int((number >= 0).sum())
-    return SparseMatrix.from_triplets(number[rows[keep]], number[columns[keep]], values[keep], inner)
+    rows, columns, inner = number[rows[keep]], number[columns[keep]], int((number >= 0).sum())
+    return SparseMatrix.from_triplets(rows, columns, values[keep], inner)
 
 
 @pytest.mark.parametrize("size, count", [(1, 1), (7, 40), (60, 20), (200, 2000), (5, 0)])
@@ -107,3 +108,60 @@ def test_iteration_limit_and_cancel():
 def test_empty_system():
     matrix = SparseMatrix.from_triplets([], [], np.zeros(0), 0)
     assert solve(matrix, np.zeros(0)).shape == (0,)
+
+
+def iterations(matrix, preconditioner, tolerance=1e-6):
+    count = 0
+
+    def counted(residual):
+        nonlocal count
+        count += 1
+        return preconditioner(residual)
+
+    b = np.ones(matrix.size)
+    x = solve(matrix, b, tolerance=tolerance, preconditioner=counted)
+    assert np.linalg.norm(matrix.dot(x) - b) <= 1.01 * tolerance * np.linalg.norm(b)
+    return count
+
+
+@pytest.mark.parametrize("phases", [False, True])
+def test_multigrid_iterations_hardly_grow_with_the_size(phases):
+    coarse, fine = plate_laplacian(30, phases), plate_laplacian(120, phases)
+    assert iterations(fine, Multigrid(fine)) <= iterations(coarse, Multigrid(coarse)) + 6
+    assert iterations(fine, Multigrid(fine)) <= 20
+    assert iterations(fine, jacobi(fine)) >= 100
+
+
+@pytest.mark.parametrize("spread", [2.0, 6.0])
+def test_multigrid_helps_where_weights_differ(spread):
+    matrix = plate_laplacian(60, spread=spread)
+    assert iterations(matrix, Multigrid(matrix)) < 0.15 * iterations(matrix, jacobi(matrix))
+
+
+def test_multigrid_of_a_singular_system_with_a_solution():
+    surface = torus(60, 50)
+    edge, size = surface.edges, surface.vertex_count
+    tail, head = surface.tail[edge], surface.head[edge]
+    ends, others = np.concatenate([tail, head]), np.concatenate([head, tail])
+    matrix = SparseMatrix.from_triplets(
+        np.concatenate([ends, ends]), np.concatenate([ends, others]),
+        np.repeat([1.0, -1.0], len(ends)), size,
+    )
+    x = surface.points[:, 0] - surface.points[:, 0].mean()
+    found = solve(matrix, matrix.dot(x), tolerance=1e-9, preconditioner=Multigrid(matrix))
+    assert np.allclose(found - found.mean(), x, atol=1e-6)
+
+
+def test_disconnected_unknowns_do_not_trouble_multigrid():
+    loose = SparseMatrix.from_triplets(np.arange(5000), np.arange(5000), np.arange(1, 5001), 5000)
+    b = np.linspace(1, 2, 5000)
+    assert np.allclose(solve(loose, b, preconditioner=Multigrid(loose)), b / np.arange(1, 5001))
+
+
+def test_choice_of_preconditioner():
+    assert not isinstance(preconditioner_for(plate_laplacian(20)), Multigrid)
+    large = plate_laplacian(60)
+    assert isinstance(preconditioner_for(large), Multigrid)
+    value = large.value + np.where(large.row == large.column, 8.0, 0.0)
+    dominant = SparseMatrix(large.row_offset, large.column, value)
+    assert not isinstance(preconditioner_for(dominant), Multigrid)
