@@ -2,7 +2,8 @@
 
 A boundary loop that no line reaches is given three lines; a ring between two closed walls is cut by
 three lines across it; a line that winds for ever is stopped by the four lines of a regular point
-put into its way, and everything is traced again.
+put into its way, and everything is traced again. Full streamlines that wind themselves into a
+corner are traced again with half the limits.
 """
 
 from __future__ import annotations
@@ -64,6 +65,8 @@ def trace_layout(
             return _cut_into_cells(surface, constraints, graph, tuple(regular))
         except LineTrapped as trap:
             regular.append(_free_face(surface, trap.face, faces))
+            if crossing_limits is not None:
+                crossing_limits = tuple(0.5 * limit for limit in crossing_limits)
         except _NothingToStartFrom as closed:
             regular.append(_free_face(surface, closed.face, faces))
     raise LayoutError(

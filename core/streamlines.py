@@ -96,6 +96,7 @@ class LineGraph:
         self._passes: dict = {}
         self._limits = crossing_limits
         self._cancelled = cancelled or (lambda: False)
+        self._grain = 1e-7 * float(np.linalg.norm(np.ptp(lines.point, axis=0)))
 
     # ---------------------------------------------------------------- points and triangles
 
@@ -176,7 +177,11 @@ class LineGraph:
 
     def _enqueue(self, line):
         self.tracks.append(line)
-        heappush(self._queue, (line.length, line.number))
+        self._wait(line)
+
+    def _wait(self, line):
+        # Lengths that differ by rounding only count as equal: the same graph at any scale.
+        heappush(self._queue, (round(line.length / self._grain), line.number))
 
     # ---------------------------------------------------------------- running
 
@@ -190,7 +195,7 @@ class LineGraph:
             _, number = heappop(self._queue)
             line = self.tracks[number]
             if self._advance(line):
-                heappush(self._queue, (line.length, number))
+                self._wait(line)
             count += 1
             if count % 256 == 0 and self._cancelled():
                 raise Cancelled("The decomposition was cancelled.")
