@@ -89,7 +89,7 @@ def _write_edited(mesh, values):
         kind = KINDS[name]
         elements = _elements(edited, kind)
         layer = getattr(elements.layers, kind.layers).new(name)
-        for element, value in zip(elements, np.asarray(array, kind.dtype).tolist()):
+        for element, value in zip(elements, np.asarray(array, kind.dtype).tolist(), strict=True):
             element[layer] = value
     bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
 

@@ -1,4 +1,4 @@
-"""The headless command: ``crossfield.py decompose ...`` and ``blender -c crossfield decompose ...``.
+"""The headless command: ``crossfield.py decompose`` and ``blender -c crossfield decompose``.
 
 Exit codes: 0 done; 1 no valid result was found; 2 the command, a setting or the input is wrong;
 130 interrupted. Every failure is one line on standard error, and no output file is touched.

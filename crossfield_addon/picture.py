@@ -14,26 +14,36 @@ from mathutils import Matrix
 from . import palette, results
 from .blend_files import quiet
 
-LAYERS = ("surface", "field", "lines", "quads", "blocks", "singularities")
+LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singularities")
 _PAPER = (1.0, 1.0, 1.0)
 _SURFACE = (0.80, 0.82, 0.85, 1.0)
 _CROSS = (0.10, 0.28, 0.42, 1.0)
+_NEAR, _FAR = (0.93, 0.95, 0.97, 1.0), (0.13, 0.33, 0.55, 1.0)
+_BANDS = 16
 _WIRE = (0.20, 0.22, 0.26, 1.0)
 
 
 def render_picture(
-    path: Path, decomposition, layers=("quads", "blocks", "singularities"), pixels=1600
+    path: Path,
+    decomposition,
+    layers=("quads", "blocks", "singularities"),
+    pixels=1600,
+    window=None,
 ) -> None:
     """Write a PNG of some of `LAYERS`, the longer side of the picture having `pixels`.
 
-    The camera looks along the mean normal of the surface, without perspective.
+    The camera looks along the mean normal of the surface, without perspective. window is None for
+    the whole surface, or (low, high), two corners (2,) in the picture's plane, in lengths to the
+    right and up from the origin.
     """
     scene = bpy.data.scenes.new("Crossfield picture")
     objects = []
     try:
-        view, size = _frame(decomposition.surface)
+        view = _view_axes(decomposition.surface)
+        low, high = window or _extent(decomposition.surface, view)
+        size = np.subtract(high, low)
         objects = _layer_objects(decomposition, layers, size.max() / 1600)
-        objects.append(_camera(decomposition.surface, view, size))
+        objects.append(_camera(decomposition.surface, view, np.add(low, high) / 2, size))
         for shown in objects:
             scene.collection.objects.link(shown)
         scene.camera = objects[-1]
@@ -44,16 +54,22 @@ def render_picture(
         _remove(scene, objects)
 
 
-def _frame(surface):
-    """View axes (3, 3), rows right, up and towards the viewer, and the (2,) size seen."""
+def _view_axes(surface):
+    """(3, 3), rows right, up and towards the viewer."""
     normal = (surface.face_normal * surface.face_area[:, None]).sum(0)
     length = np.linalg.norm(normal)
     towards = normal / length if length > 1e-6 * surface.face_area.sum() else np.array([0, 0, 1.0])
     up = np.array([0, 1.0, 0]) if abs(towards[2]) > 0.9 else np.array([0, 0, 1.0])
     right = np.cross(up, towards)
     right /= np.linalg.norm(right)
-    view = np.array([right, np.cross(towards, right), towards])
-    return view, np.ptp(surface.points @ view[:2].T, axis=0)
+    return np.array([right, np.cross(towards, right), towards])
+
+
+def _extent(surface, view):
+    """Low and high corner of the surface in the picture's plane, with a margin."""
+    seen = surface.points @ view[:2].T
+    margin = 0.02 * np.ptp(seen, axis=0).max()
+    return seen.min(0) - margin, seen.max(0) + margin
 
 
 def _is_flat(surface):
@@ -64,14 +80,8 @@ def _is_flat(surface):
 def _layer_objects(decomposition, layers, pixel):
     """The objects of the wanted layers; `pixel` is the length of one pixel at 1600 pixels."""
     objects = []
-    if "surface" in layers:
-        surface = decomposition.surface
-        mesh = bpy.data.meshes.new("surface")
-        mesh.from_pydata(surface.points.tolist(), [], surface.triangles.tolist())
-        mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
-        objects.append(_painted(mesh, _SURFACE))
-        rim = _rim(surface)
-        objects.append(_painted(results.curve_object("rim", rim, 1.6 * pixel, "rim"), palette.LINE))
+    if "surface" in layers or "distance" in layers:
+        objects += _surface_objects(decomposition, "distance" in layers, pixel)
     if "field" in layers:
         crosses = cross_segments(decomposition, 26 * pixel)
         curve = results.curve_object("field", crosses, 1.0 * pixel, "field")
@@ -89,6 +99,25 @@ def _layer_objects(decomposition, layers, pixel):
     if "singularities" in layers:
         objects += _markers(decomposition.singularities, 9 * pixel)
     return objects
+
+
+def _surface_objects(decomposition, with_distance, pixel):
+    """The working surface and its boundary; in bands of arrival distance where wanted."""
+    surface = decomposition.surface
+    mesh = bpy.data.meshes.new("surface")
+    mesh.from_pydata(surface.points.tolist(), [], surface.triangles.tolist())
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
+    shown = _painted(mesh, _SURFACE)
+    if with_distance:
+        far = decomposition.distance[surface.triangles].mean(1)
+        band = np.floor(_BANDS * far / max(far.max(), 1e-300)).clip(0, _BANDS - 1)
+        mesh.materials.clear()
+        for share in np.linspace(0, 1, _BANDS):
+            colour = (1 - share) * np.array(_NEAR) + share * np.array(_FAR)
+            mesh.materials.append(_paint(colour))
+        mesh.polygons.foreach_set("material_index", band.astype(np.int32))
+    rim = results.curve_object("rim", _rim(surface), 1.6 * pixel, "rim")
+    return [shown, _painted(rim, palette.LINE)]
 
 
 def _quad_objects(decomposition, pixel):
@@ -136,10 +165,16 @@ def _ball(radius, count=24):
 
 
 def cross_segments(decomposition, spacing) -> list:
-    """Two crossing segments at vertices about `spacing` apart, as (2, 3) arrays of points."""
+    """Two crossing segments at inner vertices about `spacing` apart, as (2, 3) arrays of points.
+
+    Of each cell of a lattice, the vertex nearest to its centre is taken.
+    """
     surface = decomposition.surface
-    cell = np.floor(surface.points / spacing).astype(np.int64)
-    chosen = np.unique(cell, axis=0, return_index=True)[1]
+    inner = np.flatnonzero(~surface.on_boundary)
+    cell = np.floor(surface.points[inner] / spacing)
+    off_centre = np.linalg.norm(surface.points[inner] / spacing - cell - 0.5, axis=1)
+    inner, cell = inner[np.argsort(off_centre)], cell[np.argsort(off_centre)]
+    chosen = inner[np.unique(cell, axis=0, return_index=True)[1]]
     normal = np.zeros_like(surface.points)
     for corner in range(3):
         weighted = surface.face_normal * surface.face_area[:, None]
@@ -150,7 +185,7 @@ def cross_segments(decomposition, spacing) -> list:
     centre = surface.points[chosen]
     return [
         np.array([c - arm, c + arm])
-        for c, pair in zip(centre, np.stack([first, second], axis=1))
+        for c, pair in zip(centre, np.stack([first, second], axis=1), strict=True)
         for arm in pair
     ]
 
@@ -175,33 +210,31 @@ def _painted(thing, colour):
     return shown
 
 
-def _camera(surface, view, size):
+def _camera(surface, view, centre, size):
     camera = bpy.data.cameras.new("picture")
     camera.type = "ORTHO"
-    camera.ortho_scale = 1.04 * size.max()
+    camera.ortho_scale = size.max()
     diagonal = np.linalg.norm(np.ptp(surface.points, axis=0))
     camera.clip_start, camera.clip_end = 1e-3 * diagonal, 10 * diagonal
     shown = bpy.data.objects.new("picture", camera)
-    seen = surface.points @ view.T
-    centre = (seen.min(0) + seen.max(0)) / 2
-    centre[2] = seen[:, 2].max() + diagonal
+    height = (surface.points @ view[2]).max() + diagonal
     matrix = np.eye(4)
     matrix[:3, :3] = view.T
-    matrix[:3, 3] = centre @ view
+    matrix[:3, 3] = np.append(centre, height) @ view
     shown.matrix_world = Matrix(matrix.tolist())
     return shown
 
 
 def _set_up_render(scene, path, size, pixels, flat):
-    margin = 0.04 * size.max()
-    shape = (size + margin) / (size.max() + margin) * pixels
     render = scene.render
     render.engine = "BLENDER_WORKBENCH"
-    render.resolution_x, render.resolution_y = (int(np.ceil(s)) for s in shape)
+    shape = np.ceil(size / size.max() * pixels).astype(int).tolist()
+    render.resolution_x, render.resolution_y = shape
     render.resolution_percentage = 100
     render.image_settings.file_format = "PNG"
     render.filepath = str(path)
     scene.view_settings.view_transform = "Standard"
+    scene.view_settings.exposure = 0.0 if flat else 0.6
     scene.world = bpy.data.worlds.new("picture")
     scene.world.color = _PAPER
     shading = scene.display.shading

@@ -130,7 +130,10 @@ def singularity_empties(name, singularities, size) -> list:
     """
     empties = []
     for position, k, valence in zip(
-        singularities.position, singularities.k.tolist(), singularities.valence.tolist()
+        singularities.position,
+        singularities.k.tolist(),
+        singularities.valence.tolist(),
+        strict=True,
     ):
         empty = bpy.data.objects.new(f"{name} singularity k={k:+d}", None)
         empty.location = position
