@@ -9,7 +9,16 @@ import pytest
 from core.distance import arrival_distance
 from core.surface import build_surface
 from tests.core.surfaces import (
-    crumpled, cylinder, disc, lshape, octant, plate, regular_polygon, sphere, together, torus,
+    crumpled,
+    cylinder,
+    disc,
+    lshape,
+    octant,
+    plate,
+    regular_polygon,
+    sphere,
+    together,
+    torus,
 )
 
 
@@ -157,7 +166,9 @@ def test_needles_converge(ratio, shear):
     assert errors[2] < 0.65 * errors[0]
 
 
-@pytest.mark.parametrize("surface", [octant(14), sphere(7), regular_polygon(6, 12, 0.1), square(12, 0.0)])
+@pytest.mark.parametrize(
+    "surface", [octant(14), sphere(7), regular_polygon(6, 12, 0.1), square(12, 0.0)]
+)
 def test_agrees_with_marching_by_heap(surface):
     """On acute triangles, where both solve the same equations."""
     assert surface.corner_angle.max() < np.radians(100)

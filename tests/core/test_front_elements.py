@@ -39,7 +39,9 @@ def test_elements_are_true_plane_triangles():
     edge = second - first
     assert np.linalg.norm(edge, axis=1) == pytest.approx(elements.base, rel=1e-12)
     along = ((target - first) * edge).sum(1) / elements.base
-    away = (edge[:, 0] * (target - first)[:, 1] - edge[:, 1] * (target - first)[:, 0]) / elements.base
+    away = (
+        edge[:, 0] * (target - first)[:, 1] - edge[:, 1] * (target - first)[:, 0]
+    ) / elements.base
     assert np.abs(along - elements.apex[0]).max() < 1e-12
     assert np.abs(away - elements.apex[1]).max() < 1e-12
     assert elements.apex[1].min() > 0
