@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .projection import expand_ranges
 from .surface import TriangleSurface
 
 
@@ -72,6 +73,32 @@ class BoundaryLoops:
                 some = member[first : first + points_at_once]
                 result[some] = self._closest_on_one(number, points[some])
         return self.wrap(np.asarray(loop, np.int64), result)
+
+    def chord_deviation(self, loop, position, advance) -> np.ndarray:
+        """(n,) float64: how far the boundary strays from straight chords.
+
+        A chord joins the points at position and at position + advance of its loop; the deviation
+        is the largest distance of the boundary vertices between them from the segment. For
+        advance up to one turn.
+        """
+        start, _ = self.point(loop, position)
+        end, _ = self.point(loop, position + advance)
+        index, _ = self.locate(loop, position)
+        last, _ = self.locate(loop, position + advance)
+        count = self.first[loop + 1] - self.first[loop]
+        inside = np.mod(last - index, count)
+        inside = np.where((inside == 0) & (advance > 0.5 * self.length[loop]), count, inside)
+        chord, number = expand_ranges(np.ones_like(inside), inside + 1)
+        vertex = self.first[loop[chord]] + np.mod(
+            index[chord] - self.first[loop[chord]] + number, count[chord]
+        )
+        relative = self.tail[vertex] - start[chord]
+        step = (end - start)[chord]
+        along = (relative * step).sum(1) / np.maximum((step**2).sum(1), 1e-300)
+        distance = np.linalg.norm(relative - np.clip(along, 0, 1)[:, None] * step, axis=1)
+        result = np.zeros(len(start))
+        np.maximum.at(result, chord, distance)
+        return result
 
     def _closest_on_one(self, number, points):
         piece = slice(self.first[number], self.first[number + 1])

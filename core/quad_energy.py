@@ -1,0 +1,88 @@
+"""Distortion of a quad mesh and its gradient.
+
+At every corner, with a and b the edges to the next and to the previous corner, divided by the
+lengths that they should have,
+
+    f = ((1 - s) (a.a + b.b) / 2 + s (1 + J^2) / 2) / chi(J),    J = normal . (a x b),
+
+which is 1 for a right angle between edges of the right lengths and grows without bound as the
+corner flattens. chi(J) = (J + sqrt(J^2 + epsilon^2)) / 2 lets inverted corners in: they cost much
+but not infinitely much, and turn over. (Garanzha et al., Foldover-free maps in 50 lines of code,
+2021.) The energy is the sum of f to an even power; a high power cares for the worst corners.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+_SIZE_SHARE = 0.1  # s above: weight of the area against the shape
+
+
+class QuadEnergy:
+    """Energy of all corners for given wanted lengths and normals.
+
+    quads   (Q, 4) int64
+    normal  (Q, 3) float64, unit surface normal for each quad
+    wanted  (Q, 2) float64, wanted length of edges 0 and 2, and of edges 1 and 3
+    """
+
+    def __init__(self, quads, normal, wanted, power=2):
+        self.corner = np.ascontiguousarray(quads.T)
+        self.normal = np.ascontiguousarray(normal.T)[:, None]
+        self.half_power = power // 2
+        self.inverse = np.ascontiguousarray(1.0 / wanted[:, [0, 1, 0, 1]].T)
+        self.inverse_before = np.roll(self.inverse, 1, axis=0)
+
+    def _edges(self, points):
+        place = np.ascontiguousarray(points.T)[:, self.corner]
+        edge = np.roll(place, -1, axis=1) - place
+        return edge * self.inverse, -np.roll(edge, 1, axis=1) * self.inverse_before
+
+    def worst_corner(self, points) -> float:
+        """Smallest J of all corners; negative if a corner is inverted."""
+        a, b = self._edges(points)
+        return float((a * _cross(b, self.normal)).sum(0).min(initial=1.0))
+
+    def __call__(self, points, epsilon):
+        """(energy float, gradient (P, 3) float64) at points (P, 3)."""
+        a, b = self._edges(points)
+        towards_a, towards_b = _cross(b, self.normal), _cross(self.normal, a)
+        area = (a * towards_a).sum(0)
+        root = np.sqrt(area * area + epsilon * epsilon)
+        chi = 0.5 * (area + root)
+        chi = np.where(area < 0, 0.5 * epsilon * epsilon / (root - area), chi)
+        shape = 0.5 * ((a * a).sum(0) + (b * b).sum(0))
+        size = 0.5 * (area * area + 1.0)
+        value = ((1 - _SIZE_SHARE) * shape + _SIZE_SHARE * size) / chi
+        below = value  # value to the power minus one
+        for _ in range(self.half_power - 1):
+            below = below * (value * value)
+        outer = (2 * self.half_power) * below / chi
+        by_area = outer * (_SIZE_SHARE * area - value * chi / root)
+        by_edge = outer * (1 - _SIZE_SHARE)
+        pull_a = (by_edge * a + by_area * towards_a) * self.inverse
+        pull_b = (by_edge * b + by_area * towards_b) * self.inverse_before
+        pull = np.roll(pull_a, 1, axis=1) + np.roll(pull_b, -1, axis=1) - pull_a - pull_b
+        return float((value * below).sum()), self._gather(pull, len(points))
+
+    def _gather(self, pull, count):
+        vertex = self.corner.ravel()
+        return np.stack([np.bincount(vertex, p.ravel(), count) for p in pull], axis=1)
+
+
+def _cross(a, b):
+    """Cross product along the first axis."""
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def wanted_lengths(points, quads, edge_length, share):
+    """(Q, 2) float64: mean lengths of opposite edges, moved towards edge_length.
+
+    share 0 keeps what is there, share 1 asks for squares of edge_length; geometric mean between.
+    """
+    corner = points[quads]
+    length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
+    mean = np.maximum(0.5 * (length[:, :2] + length[:, 2:]), 0.01 * edge_length)
+    return mean ** (1 - share) * edge_length**share

@@ -1,0 +1,262 @@
+"""Smoothing of a quad mesh on its surface: no inverted quads, right angles, even sizes.
+
+The mesh moves as a whole: a distortion energy that untangles inverted corners is minimised over
+all vertices at once, vertices inside the surface in their tangent planes, those on the boundary
+along their loops. After each round the vertices are walked over the surface to their new places.
+The first rounds even out the mesh, the later ones care for its worst corners. (method section 10)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .boundary import BoundaryLoops, build_loops
+from .descent import minimise
+from .errors import Cancelled
+from .linear import SparseMatrix
+from .multigrid import Multigrid
+from .placement import Placement
+from .projection import closest_point, plane_normal, surface_normal, walk
+from .quad_energy import QuadEnergy, wanted_lengths
+from .quality import quad_normal, scaled_jacobian
+from .surface import TriangleSurface
+
+# Power of the energy and share of the wanted edge length in its targets, round by round.
+_SCHEDULE = ((2, 0.5),) * 3 + ((6, 0.2),) * 5
+_UNTANGLING_ROUNDS = 8  # more of the first kind where quads are still inverted at the end
+_ITERATIONS = 16
+_SETTLED = 1e-3  # change of the scaled Jacobian that makes another round pointless
+_MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
+
+
+def smooth(
+    surface: TriangleSurface,
+    placement: Placement,
+    quad,
+    edge_length: float | None = None,
+    cancelled=None,
+) -> Placement:
+    """Move the vertices of a quad mesh to better places on the surface.
+
+    quad         (Q, 4) int64, counter-clockwise
+    edge_length  wanted edge length in object-space lengths; the mean length if None
+    cancelled    callable, asked between steps
+
+    Fixed vertices stay, boundary vertices slide along their loop in unchanged order, the others
+    stay on the surface. The result is the best of all rounds: without inverted quads if one of
+    them was, then by worst and mean scaled Jacobian; never worse than the input.
+    Raises Cancelled.
+    """
+    if not len(quad):
+        return placement
+    smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled)
+    best, best_score = placement, smoother.score(placement)
+    score = best_score
+    schedule = list(_SCHEDULE) + [_SCHEDULE[0]] * _UNTANGLING_ROUNDS
+    for number, (power, share) in enumerate(schedule):
+        if number >= len(_SCHEDULE) and best_score > 0:
+            break
+        before, placement = score, smoother.round(placement, power, share)
+        score = smoother.score(placement)
+        if score > best_score:
+            best, best_score = placement, score
+        if power > 2 and score > 0 and abs(score - before) < _SETTLED:
+            break
+    return best
+
+
+class _Smoother:
+    """What stays the same in all rounds."""
+
+    def __init__(self, surface, quad, placement, edge_length, cancelled):
+        self.surface, self.quad, self.cancelled = surface, quad, cancelled
+        self.loops = build_loops(surface)
+        self.plane = plane_normal(surface)
+        corner = placement.point[quad]
+        length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
+        self.edge_length = float(edge_length or length.mean())
+        movable = ~placement.fixed & (np.bincount(quad.ravel(), minlength=len(placement.fixed)) > 0)
+        self.wall = np.flatnonzero(movable & (placement.loop >= 0))
+        self.inner = np.flatnonzero(movable & (placement.loop < 0))
+        self.neighbours = _wall_edges(quad, placement.loop)
+        self.even_out = _diffusion(quad, self.inner, len(placement.fixed))
+
+    def normals(self, placement):
+        """(P, 3) float64, surface normals at the vertices."""
+        if self.plane is not None:
+            return np.tile(self.plane, (len(placement.point), 1))
+        return surface_normal(self.surface, placement.face, placement.point)
+
+    def room(self, placement):
+        """(2, P) float64: how far a boundary vertex may slide back and forth along its loop."""
+        tail, head = self.neighbours
+        loop = placement.loop[tail]
+        between = placement.loop_position[head] - placement.loop_position[tail]
+        gap = self.loops.wrap(loop, between)
+        gap = np.where(gap > 0, gap, self.loops.length[loop])
+        room = np.full((2, len(placement.point)), 1e-12 * self.edge_length)
+        room[0, head] = 0.45 * gap
+        room[1, tail] = 0.45 * gap
+        return room
+
+    def score(self, placement) -> float:
+        """Minus the number of inverted quads, or a positive measure of quality."""
+        jacobian = scaled_jacobian(placement.point, self.quad, self.normals(placement))
+        inverted = int((jacobian <= 0).sum())
+        return -float(inverted) if inverted else jacobian.min() + _MEAN_WEIGHT * jacobian.mean()
+
+    def round(self, placement, power, share) -> Placement:
+        normal = self.normals(placement)
+        wanted = wanted_lengths(placement.point, self.quad, self.edge_length, share)
+        normal_of_quad = _quad_normals(placement.point, self.quad, normal)
+        energy = QuadEnergy(self.quad, normal_of_quad, wanted, power)
+        worst = energy.worst_corner(placement.point)
+        epsilon = float(np.sqrt(1e-6 + 0.04 * min(worst, 0.0) ** 2))
+        motion = _Motion(self, placement, normal)
+
+        def function(freedom):
+            if self.cancelled is not None and self.cancelled():
+                raise Cancelled("The computation was cancelled.")
+            value, gradient = energy(motion.points(freedom), epsilon)
+            return value, motion.pull_back(freedom, gradient)
+
+        freedom = minimise(
+            function,
+            np.zeros(motion.size),
+            _ITERATIONS,
+            0.1 * self.edge_length,
+            0.5 * self.edge_length,
+            motion.precondition,
+        )
+        return motion.apply(freedom)
+
+
+class _Motion:
+    """Degrees of freedom of one round: two in the tangent plane of each inner vertex, one along
+    the loop for each boundary vertex."""
+
+    def __init__(self, smoother: _Smoother, placement, normal):
+        self.smoother, self.placement = smoother, placement
+        self.inner, self.wall = smoother.inner, smoother.wall
+        self.loop = placement.loop[self.wall]
+        self.position = placement.loop_position[self.wall]
+        self.first, self.second = _tangents(normal[self.inner])
+        self.size = 2 * len(self.inner) + len(self.wall)
+        self.room = smoother.room(placement)[:, self.wall]
+
+    def split(self, freedom):
+        count = len(self.inner)
+        return freedom[:count, None], freedom[count : 2 * count, None], freedom[2 * count :]
+
+    def slide(self, freedom):
+        """(positions along the loops, derivatives) of the boundary vertices.
+
+        A smooth step towards the neighbours that never covers half the way: order is kept.
+        """
+        free = self.split(freedom)[2]
+        room = np.where(free < 0, self.room[0], self.room[1])
+        part = np.tanh(free / room)
+        return self.position + room * part, 1.0 - part * part
+
+    def displacement(self, freedom):
+        x, y, _ = self.split(freedom)
+        return x * self.first + y * self.second
+
+    def points(self, freedom):
+        """(P, 3) float64; inner vertices in their tangent planes."""
+        point = self.placement.point.copy()
+        point[self.inner] += self.displacement(freedom)
+        point[self.wall] = self.smoother.loops.point(self.loop, self.slide(freedom)[0])[0]
+        return point
+
+    def pull_back(self, freedom, gradient):
+        inner = gradient[self.inner]
+        along, rate = self.slide(freedom)
+        tangent = self.smoother.loops.tangent(self.loop, along)
+        return np.concatenate(
+            [
+                (inner * self.first).sum(1),
+                (inner * self.second).sum(1),
+                (gradient[self.wall] * tangent).sum(1) * rate,
+            ]
+        )
+
+    def precondition(self, gradient):
+        """Gradient spread over the mesh as by diffusion, so that the mesh moves as a whole."""
+        spread = self.smoother.even_out(self.displacement(gradient))
+        along = self.split(gradient)[2] / 3
+        return np.concatenate(
+            [(spread * self.first).sum(1), (spread * self.second).sum(1), along]
+        )
+
+    def apply(self, freedom) -> Placement:
+        """The vertices walked over the surface to their new places."""
+        old, smoother = self.placement, self.smoother
+        point, face, position = old.point.copy(), old.face.copy(), old.loop_position.copy()
+        move = self.displacement(freedom)
+        inner, wall = self.inner, self.wall
+        point[inner], face[inner] = walk(smoother.surface, old.point[inner], old.face[inner], move)
+        if smoother.plane is not None:
+            self._reach_goals(old.point[inner] + move, point, face)
+        position[wall] = smoother.loops.wrap(self.loop, self.slide(freedom)[0])
+        point[wall], face[wall] = smoother.loops.point(self.loop, position[wall])
+        return replace(old, point=point, face=face, loop_position=position)
+
+    def _reach_goals(self, goal, point, face):
+        """Walks that the boundary stopped: in a plane the goal may still be on the surface."""
+        gap = np.linalg.norm(goal - point[self.inner], axis=1)
+        short = np.flatnonzero(gap > 1e-9 * self.smoother.surface.diagonal)
+        if len(short):
+            vertex = self.inner[short]
+            point[vertex], face[vertex] = closest_point(self.smoother.surface, goal[short])
+
+
+def _tangents(normal):
+    """Two unit vectors (n, 3) that make a right-handed frame with each normal."""
+    axis = np.eye(3)[np.abs(normal).argmin(1)]
+    first = np.cross(axis, normal)
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
+    return first, np.cross(normal, first)
+
+
+def _quad_normals(points, quad, vertex_normal):
+    """(Q, 3): normals of the quads themselves where these face outwards, else of the surface."""
+    surface_side = vertex_normal[quad].sum(1)
+    surface_side /= np.maximum(np.linalg.norm(surface_side, axis=1, keepdims=True), 1e-300)
+    own = quad_normal(points, quad)
+    agrees = (own * surface_side).sum(1) > 0.5
+    return np.where(agrees[:, None], own, surface_side)
+
+
+def _wall_edges(quad, loop):
+    """(tail, head) of the mesh edges along the boundary loops, the surface on the left."""
+    tail, head = quad.ravel(), np.roll(quad, -1, axis=1).ravel()
+    count = np.int64(len(loop))
+    alone = ~np.isin(tail * count + head, head * count + tail)
+    along = alone & (loop[tail] >= 0) & (loop[tail] == loop[head])
+    return tail[along], head[along]
+
+
+def _diffusion(quad, inner, count):
+    """Approximate inverse of the graph Laplacian of the inner vertices: (n, 3) -> (n, 3)."""
+    number = np.full(count, -1)
+    number[inner] = np.arange(len(inner))
+    tail, head = quad.ravel(), np.roll(quad, -1, axis=1).ravel()
+    pair = np.unique(np.concatenate([tail * count + head, head * count + tail]))
+    row, column = number[pair // count], number[pair % count]
+    degree = np.bincount(row[row >= 0], minlength=len(inner))
+    linked = (row >= 0) & (column >= 0)
+    if not linked.any():
+        return lambda vectors: vectors / np.maximum(degree, 1)[:, None]
+    each = np.arange(len(inner))
+    cycle = Multigrid(
+        SparseMatrix.from_triplets(
+            np.concatenate([row[linked], each]),
+            np.concatenate([column[linked], each]),
+            np.concatenate([-np.ones(linked.sum()), degree * (1 + 1e-3)]),
+            len(inner),
+        )
+    )
+    return lambda vectors: np.stack([cycle(vectors[:, k]) for k in range(3)], axis=1)
