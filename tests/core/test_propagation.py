@@ -98,7 +98,7 @@ def test_straight_walls_are_exact_in_any_direction_and_scale():
 
 def test_cross_beside_each_wall_of_a_polygon_is_that_of_the_wall():
     surface = regular_polygon(5, 16, 0.1)
-    angle, _, arrival = propagated(surface)
+    angle, _, _ = propagated(surface)
     points = surface.points[:, :2]
     sector = np.floor(5 * np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)).astype(int)
     middle = (sector + 0.5) * 2 * np.pi / 5
@@ -171,7 +171,7 @@ def test_disc_crosses_are_nearly_radial_where_the_wall_is_nearest():
     ],
 )
 def test_index_sum_is_what_topology_asks(surface):
-    angle, constraints, arrival = propagated(surface)
+    angle, constraints, _ = propagated(surface)
     assert np.isfinite(angle).all()
     assert np.abs(wrap(angle - constraints.angle))[constraints.fixed].max(initial=0) < 1e-12
     field = build_cross_field(surface, angle, constraints)
