@@ -83,6 +83,25 @@ class SparseMatrix:
         result[self.row, self.column] = self.value
         return result
 
+    def plus_diagonal(self, shift: np.ndarray) -> SparseMatrix:
+        """The sum with a real diagonal matrix, given as (n,); every row must have its diagonal."""
+        value, place = self.value.copy(), self._diagonal_place
+        value[place] += shift
+        result = SparseMatrix(self.row_offset, self.column, value)
+        column, table, surplus = self._padded
+        # The table of the sum differs in as few places, and is not made anew.
+        width, table = table.shape[1], table.copy()
+        within = place - self.row_offset[:-1]
+        inside = np.flatnonzero(within < width)
+        table[inside, within[inside]] += shift[inside]
+        shared = {"row": self.row, "_diagonal_place": place, "_padded": (column, table, surplus)}
+        result.__dict__.update(shared)
+        return result
+
+    @cached_property
+    def _diagonal_place(self):
+        return np.flatnonzero(self.row == self.column)
+
     @cached_property
     def _padded(self):
         """Rows as a table of columns and values, padded with zeros, and the entries beyond it.
