@@ -7,6 +7,7 @@ import numpy as np
 _MEMORY = 10
 _HALVINGS = 10
 _SUFFICIENT = 1e-4  # Armijo: share of the promised decrease that a step must bring
+_RESCALE = 4  # steps between two measurements of the preconditioner's scale
 _SETTLED = 1e-6  # relative decrease in one step that ends the search
 
 
@@ -20,15 +21,17 @@ def minimise(function, start, iterations, first_move, largest_move, precondition
 
     Returns the last point (n,). (Nocedal & Wright, Numerical Optimization, algorithm 7.4)
     """
-    point, history = start, []
+    point, history, scale = start, [], None
     value, gradient = function(point)
-    for _ in range(iterations):
-        direction = _direction(gradient, history, precondition, first_move)
+    for iteration in range(iterations):
+        if history and (scale is None or iteration % _RESCALE == 0):
+            scale = _scale(history, precondition)
+        direction = _direction(gradient, history, precondition, scale, first_move)
         found = _search(function, point, value, gradient, direction, largest_move)
         if found is None:
             if not history:
                 break
-            history = []
+            history, scale = [], None
             continue
         new_point, new_value, new_gradient = found
         _remember(history, new_point - point, new_gradient - gradient)
@@ -39,7 +42,13 @@ def minimise(function, start, iterations, first_move, largest_move, precondition
     return point
 
 
-def _direction(gradient, history, precondition, first_move):
+def _scale(history, precondition):
+    """Factor between the preconditioner and the inverse Hessian along the last step."""
+    _, change, inverse = history[-1]
+    return 1.0 / (inverse * (change @ precondition(change)))
+
+
+def _direction(gradient, history, precondition, scale, first_move):
     """Minus the inverse Hessian, as the past steps show it, times the gradient."""
     direction, shares = -gradient, []
     for step, change, inverse in reversed(history):
@@ -48,8 +57,7 @@ def _direction(gradient, history, precondition, first_move):
     direction = precondition(direction)
     if not history:
         return direction * (first_move / max(np.abs(direction).max(initial=0.0), 1e-300))
-    step, change, inverse = history[-1]
-    direction = direction / (inverse * (change @ precondition(change)))
+    direction = direction * scale
     for (step, change, inverse), share in zip(history, reversed(shares)):
         direction = direction + (share - inverse * (change @ direction)) * step
     return direction

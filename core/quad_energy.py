@@ -31,50 +31,64 @@ class QuadEnergy:
         self.normal = np.ascontiguousarray(normal.T)[:, None]
         self.half_power = power // 2
         self.inverse = np.ascontiguousarray(1.0 / wanted[:, [0, 1, 0, 1]].T)
-        self.inverse_before = np.roll(self.inverse, 1, axis=0)
 
     def _edges(self, points):
-        place = np.ascontiguousarray(points.T)[:, self.corner]
-        edge = np.roll(place, -1, axis=1) - place
-        return edge * self.inverse, -np.roll(edge, 1, axis=1) * self.inverse_before
+        """Edges a (3, 4, Q) over their wanted lengths, a x normal, and J (4, Q).
+
+        The edge b at a corner is minus the edge a at the corner before.
+        """
+        place = np.take(np.ascontiguousarray(points.T), self.corner, axis=1)
+        edge = (_after(place) - place) * self.inverse
+        turned = _cross(edge, self.normal)
+        return edge, turned, -(edge * _before(turned)).sum(0)
 
     def worst_corner(self, points) -> float:
         """Smallest J of all corners; negative if a corner is inverted."""
-        a, b = self._edges(points)
-        return float((a * _cross(b, self.normal)).sum(0).min(initial=1.0))
+        return float(self._edges(points)[2].min(initial=1.0))
 
     def __call__(self, points, epsilon):
         """(energy float, gradient (P, 3) float64) at points (P, 3)."""
-        a, b = self._edges(points)
-        towards_a, towards_b = _cross(b, self.normal), _cross(self.normal, a)
-        area = (a * towards_a).sum(0)
+        edge, turned, area = self._edges(points)
         root = np.sqrt(area * area + epsilon * epsilon)
-        chi = 0.5 * (area + root)
-        chi = np.where(area < 0, 0.5 * epsilon * epsilon / (root - area), chi)
-        shape = 0.5 * ((a * a).sum(0) + (b * b).sum(0))
-        size = 0.5 * (area * area + 1.0)
-        value = ((1 - _SIZE_SHARE) * shape + _SIZE_SHARE * size) / chi
+        # Where J is negative, J + root would lose its digits: chi times half = epsilon^2 / 4.
+        half = 0.5 * (np.abs(area) + root)
+        chi = np.where(area < 0, 0.25 * epsilon * epsilon / half, half)
+        squared = (edge * edge).sum(0)
+        shape = 0.5 * (squared + _before(squared))
+        value = ((1 - _SIZE_SHARE) * shape + 0.5 * _SIZE_SHARE * (area * area + 1.0)) / chi
         below = value  # value to the power minus one
         for _ in range(self.half_power - 1):
             below = below * (value * value)
         outer = (2 * self.half_power) * below / chi
         by_area = outer * (_SIZE_SHARE * area - value * chi / root)
         by_edge = outer * (1 - _SIZE_SHARE)
-        pull_a = (by_edge * a + by_area * towards_a) * self.inverse
-        pull_b = (by_edge * b + by_area * towards_b) * self.inverse_before
-        pull = np.roll(pull_a, 1, axis=1) + np.roll(pull_b, -1, axis=1) - pull_a - pull_b
-        return float((value * below).sum()), self._gather(pull, len(points))
+        pull = (by_edge + _after(by_edge)) * edge
+        pull += _after(by_area * turned) - by_area * _before(turned)
+        pull *= self.inverse
+        return float((value * below).sum()), self._gather(_before(pull) - pull, len(points))
 
     def _gather(self, pull, count):
         vertex = self.corner.ravel()
         return np.stack([np.bincount(vertex, p.ravel(), count) for p in pull], axis=1)
 
 
+def _after(corner):
+    """Values of the next corner; corners along the last axis but one."""
+    return np.take(corner, (1, 2, 3, 0), axis=-2)
+
+
+def _before(corner):
+    """Values of the previous corner; corners along the last axis but one."""
+    return np.take(corner, (3, 0, 1, 2), axis=-2)
+
+
 def _cross(a, b):
     """Cross product along the first axis."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+    result = np.empty_like(a)
+    result[0] = a[1] * b[2] - a[2] * b[1]
+    result[1] = a[2] * b[0] - a[0] * b[2]
+    result[2] = a[0] * b[1] - a[1] * b[0]
+    return result
 
 
 def wanted_lengths(points, quads, edge_length, share):

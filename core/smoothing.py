@@ -28,6 +28,7 @@ _SCHEDULE = ((2, 0.5),) * 3 + ((6, 0.2),) * 5
 _UNTANGLING_ROUNDS = 8  # more of the first kind where quads are still inverted at the end
 _ITERATIONS = 16
 _SETTLED = 1e-3  # change of the scaled Jacobian that makes another round pointless
+_SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
 _MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
 
 
@@ -76,12 +77,13 @@ class _Smoother:
         self.plane = plane_normal(surface)
         corner = placement.point[quad]
         length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
+        self.vertex_count = len(placement.point)
         self.edge_length = float(edge_length or length.mean())
-        movable = ~placement.fixed & (np.bincount(quad.ravel(), minlength=len(placement.fixed)) > 0)
+        movable = ~placement.fixed & (np.bincount(quad.ravel(), minlength=self.vertex_count) > 0)
         self.wall = np.flatnonzero(movable & (placement.loop >= 0))
         self.inner = np.flatnonzero(movable & (placement.loop < 0))
         self.neighbours = _wall_edges(quad, placement.loop)
-        self.even_out = _diffusion(quad, self.inner, len(placement.fixed))
+        self.even_out = _diffusion(quad, self.inner, self.vertex_count)
 
     def normals(self, placement):
         """(P, 3) float64, surface normals at the vertices."""
@@ -89,14 +91,19 @@ class _Smoother:
             return np.tile(self.plane, (len(placement.point), 1))
         return surface_normal(self.surface, placement.face, placement.point)
 
-    def room(self, placement):
-        """(2, P) float64: how far a boundary vertex may slide back and forth along its loop."""
+    def gaps(self, placement):
+        """Arc length of every mesh edge along the boundary loops."""
         tail, head = self.neighbours
         loop = placement.loop[tail]
         between = placement.loop_position[head] - placement.loop_position[tail]
         gap = self.loops.wrap(loop, between)
         gap = np.where(gap > 0, gap, self.loops.length[loop])
-        room = np.full((2, len(placement.point)), 1e-12 * self.edge_length)
+        return gap
+
+    def room(self, gap):
+        """(2, P) float64: how far a boundary vertex may slide back and forth along its loop."""
+        tail, head = self.neighbours
+        room = np.full((2, self.vertex_count), 1e-12 * self.edge_length)
         room[0, head] = 0.45 * gap
         room[1, tail] = 0.45 * gap
         return room
@@ -120,7 +127,9 @@ class _Smoother:
             if self.cancelled is not None and self.cancelled():
                 raise Cancelled("The computation was cancelled.")
             value, gradient = energy(motion.points(freedom), epsilon)
-            return value, motion.pull_back(freedom, gradient)
+            spread, along = motion.spacing(freedom)
+            weight = _SPACING_WEIGHT * power
+            return value + weight * spread, motion.pull_back(freedom, gradient, weight * along)
 
         freedom = minimise(
             function,
@@ -144,7 +153,8 @@ class _Motion:
         self.position = placement.loop_position[self.wall]
         self.first, self.second = _tangents(normal[self.inner])
         self.size = 2 * len(self.inner) + len(self.wall)
-        self.room = smoother.room(placement)[:, self.wall]
+        self.gap = smoother.gaps(placement)
+        self.room = smoother.room(self.gap)[:, self.wall]
 
     def split(self, freedom):
         count = len(self.inner)
@@ -171,7 +181,19 @@ class _Motion:
         point[self.wall] = self.smoother.loops.point(self.loop, self.slide(freedom)[0])[0]
         return point
 
-    def pull_back(self, freedom, gradient):
+    def spacing(self, freedom):
+        """(energy, gradient (P,)) that keep boundary edges near the wanted length: log squared."""
+        moved = np.zeros(self.smoother.vertex_count)
+        moved[self.wall] = self.slide(freedom)[0] - self.position
+        tail, head = self.smoother.neighbours
+        gap = self.gap + moved[head] - moved[tail]
+        stretch = np.log(gap / self.smoother.edge_length)
+        pull = 2 * stretch / gap
+        gradient = np.bincount(head, pull, len(moved)) - np.bincount(tail, pull, len(moved))
+        return float((stretch**2).sum()), gradient
+
+    def pull_back(self, freedom, gradient, along_gradient):
+        """Gradient by the degrees of freedom from one by positions and one along the loops."""
         inner = gradient[self.inner]
         along, rate = self.slide(freedom)
         tangent = self.smoother.loops.tangent(self.loop, along)
@@ -179,7 +201,7 @@ class _Motion:
             [
                 (inner * self.first).sum(1),
                 (inner * self.second).sum(1),
-                (gradient[self.wall] * tangent).sum(1) * rate,
+                ((gradient[self.wall] * tangent).sum(1) + along_gradient[self.wall]) * rate,
             ]
         )
 
