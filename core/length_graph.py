@@ -49,13 +49,13 @@ class LengthGraph:
 class Walks:
     """Walks that keep all balances.
 
-    offset  (W + 1,) int64; walk w makes the changes change[offset[w]:offset[w + 1]]
-    change  int64, numbers as LengthGraph.edge_change
-    cost    (W,) float64, sum of the costs of the changes, each taken by itself
+    offset  (W + 1,) int64; walk w takes the edges edge[offset[w]:offset[w + 1]] of the LengthGraph
+    edge    int64
+    cost    (W,) float64, sum of the costs of the edges, each taken by itself
     """
 
     offset: np.ndarray
-    change: np.ndarray
+    edge: np.ndarray
     cost: np.ndarray
 
     def __len__(self) -> int:
@@ -130,16 +130,15 @@ def lengthening_walk(graph: LengthGraph, arc: int) -> np.ndarray:
     return np.array(changes, np.int64)
 
 
-def cheap_walks(graph: LengthGraph, cost: np.ndarray, tolerance: float = 1e-6) -> Walks:
+def cheap_walks(graph: LengthGraph, edge_cost: np.ndarray, tolerance: float = 1e-6) -> Walks:
     """Walks of negative cost, many at once, by Bellman and Ford's relaxation of all edges.
 
-    cost  (2 A,) float64 of every change, inf where it is not allowed
+    edge_cost  (E,) float64, inf where the change is not allowed
 
     Closed walks found on the way (disjoint in their states) are handed out as soon as there are
     some; otherwise the relaxation runs to its end and the result is the cheapest walk to each
     boundary arc, as far as it is negative. Nothing is returned only when nothing is negative.
     """
-    edge_cost = cost[graph.edge_change]
     finite = edge_cost[np.isfinite(edge_cost)]
     far = (graph.state_count + 1) * (1.0 + np.abs(finite).max(initial=0.0))
     distance = np.full(graph.state_count + 1, far)
@@ -177,7 +176,7 @@ def _closed_walks(graph, through, edge_cost) -> Walks:
     on_cycle = np.unique(ahead)
     on_cycle = on_cycle[on_cycle != graph.outside]
     if not len(on_cycle):
-        return _collect(graph, [], [], edge_cost, 0)
+        return _collect([], [], edge_cost, 0)
     # One state of each cycle: the smallest, found while walking all cycles in step.
     smallest, current = on_cycle.copy(), before[on_cycle]
     while True:
@@ -211,17 +210,17 @@ def _follow(graph, through, goal, current, edge, edge_cost) -> Walks:
         edges.append(edge)
         current = graph.edge_from[edge]
         running = current != goal
-    return _collect(graph, numbers, edges, edge_cost, count)
+    return _collect(numbers, edges, edge_cost, count)
 
 
-def _collect(graph, numbers, edges, edge_cost, count) -> Walks:
+def _collect(numbers, edges, edge_cost, count) -> Walks:
     if not count:
         return Walks(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0))
     number, edge = np.concatenate(numbers), np.concatenate(edges)
     order = np.argsort(number, kind="stable")
     offset = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=count))])
     cost = np.bincount(number, edge_cost[edge], count)
-    return Walks(offset, graph.edge_change[edge[order]], cost)
+    return Walks(offset, edge[order], cost)
 
 
 def _strong_components(count, begin, end) -> np.ndarray:

@@ -23,6 +23,8 @@ from .surface import connected_components
 SHORTEST_WISH = 0.5
 # Most searches for walks at one step size; every search but the last shortens the way.
 MOST_SEARCHES = 2000
+# Most rounds of double and single steps at the end.
+MOST_POLISHES = 4
 # A count of quads this near to the wanted one ends the search for a size at once.
 COUNT_TOLERANCE = 0.03
 
@@ -72,10 +74,11 @@ def solve_lengths(complex: CellComplex, target, lower=1, start=None, cancelled=N
         _improve(search, step, cancelled)
         step //= 2
     search.lower = lower
-    excess = np.abs(np.maximum(lower, length) - target)
+    excess = np.abs(np.maximum(lower, search.length) - target)
     search.penalty = 100.0 * float(np.max(weight * (2 * excess + 1), initial=1.0))
     _improve(search, 1, cancelled)
-    _force_lower_bounds(search, cancelled)
+    _force_lower_bounds(search)
+    _polish(search, cancelled)
     _refuse_joined_nodes(complex, search.length == 0)
     return search.length
 
@@ -143,58 +146,60 @@ def _refuse_joined_nodes(complex, is_zero):
 
 def _improve(search: _Search, step: int, cancelled):
     """Change lengths by `step` along cheap walks until none lowers the cost."""
-    arcs = np.arange(len(search.target))
-    doubled = np.zeros(2 * len(arcs), bool)
+    graph, arc = search.graph, np.arange(len(search.target))
+    closed = np.zeros(len(graph.edge_change), bool)
+    change_cost = np.empty(2 * len(arc))
     for _ in range(MOST_SEARCHES):
         if cancelled is not None and cancelled():
             raise Cancelled("Cancelled while the arc lengths were solved.")
-        walks = cheap_walks(search.graph, _change_costs(search, step, doubled))
-        if not _apply_walks(search, walks, step, doubled):
+        now = search.cost(arc, search.length)
+        change_cost[0::2] = search.cost(arc, search.length + step) - now
+        change_cost[1::2] = search.cost(arc, search.length - step) - now
+        walks = cheap_walks(graph, np.where(closed, np.inf, change_cost[graph.edge_change]))
+        if not _apply_walks(search, walks, step, closed):
             break
 
 
-def _change_costs(search, step, doubled):
-    """(2 A,) cost of changing each arc by +step and -step.
+def _apply_walks(search, walks: Walks, step, closed) -> bool:
+    """Take the walks, cheapest first, that truly lower the cost; False when there is nothing more.
 
-    Where a walk was seen to make a change twice, half the cost of the double change is taken: more
-    than that of the first, and the walk is not offered again.
+    A walk may make one change twice, for more than twice its price. If that is why it does not pay,
+    one of the two edges is closed: the other one still serves all walks that make the change once,
+    as each of them exists in both directions.
     """
-    arc = np.arange(len(search.target))
-    now = search.cost(arc, search.length)
-    cost = np.empty(2 * len(arc))
-    for parity, amount in ((0, step), (1, -step)):
-        times = 1 + doubled[parity::2]
-        cost[parity::2] = (search.cost(arc, search.length + times * amount) - now) / times
-    return cost
-
-
-def _apply_walks(search, walks: Walks, step, doubled) -> bool:
-    """Take the walks, cheapest first, that truly lower the cost; False when there is nothing more."""
-    progress = False
+    progress, changed = False, np.zeros(len(search.target), bool)
     for number in np.argsort(walks.cost, kind="stable").tolist():
-        change = walks.change[walks.offset[number] : walks.offset[number + 1]]
+        edge = walks.edge[walks.offset[number] : walks.offset[number + 1]]
+        change = search.graph.edge_change[edge]
         arc, slot = np.unique(change // 2, return_inverse=True)
         amount = np.bincount(slot.ravel(), 1 - 2 * (change % 2)).astype(np.int64) * step
         before = search.length[arc]
         gain = search.cost(arc, before).sum() - search.cost(arc, before + amount).sum()
         if gain > 1e-9:
             search.length[arc] = before + amount
-            doubled[2 * arc] = doubled[2 * arc + 1] = False
-            progress = True
-        else:
-            twice = np.flatnonzero(np.abs(amount) > step)
-            mark = 2 * arc[twice] + (amount[twice] < 0)
-            progress |= not doubled[mark].all()
-            doubled[mark] = True
+            changed[arc] = progress = True
+        elif len(arc) < len(change):
+            _, first, count = np.unique(change, return_index=True, return_counts=True)
+            closed[edge[first[count > 1]]] = progress = True
+    closed &= ~changed[search.graph.edge_change // 2]
     return progress
 
 
-def _force_lower_bounds(search, cancelled):
-    """Lengthen along walks through arcs that are still too short, then improve under the bounds."""
+def _force_lower_bounds(search):
+    """Lengthen along walks through arcs that are still too short; no way back below the bounds."""
     short = np.flatnonzero(search.length < search.lower)
     for arc in short.tolist():
         while search.length[arc] < search.lower[arc]:
             np.add.at(search.length, lengthening_walk(search.graph, arc) // 2, 1)
     if len(short):
         search.penalty *= 1e3
+
+
+def _polish(search, cancelled):
+    """Double steps undo what single ones cannot, where walks must pass an arc twice."""
+    for _ in range(MOST_POLISHES):
+        before = search.length.copy()
+        _improve(search, 2, cancelled)
         _improve(search, 1, cancelled)
+        if np.array_equal(before, search.length):
+            break

@@ -3,6 +3,7 @@
 import numpy as np
 
 from core.cells import CellComplex, NodeKind
+from core.lengths import SHORTEST_WISH, side_lengths
 
 
 def build_complex(ends, cells, valence, kind, position=None):
@@ -167,3 +168,42 @@ def torus(columns, rows):
             ])
     count = columns * rows
     return build_complex(ends, cells, [4] * count, [NodeKind.REGULAR] * count)
+
+
+def random_gluing(generator, cells):
+    """Cells whose sides of one to three slots are glued at random: balances and nothing else."""
+    sizes = generator.integers(1, 4, 4 * cells)
+    slots = generator.permutation(int(sizes.sum()))
+    pairs = int(len(slots) * 0.4)
+    arc = np.empty(len(slots), np.int64)
+    arc[slots[:pairs]] = arc[slots[pairs : 2 * pairs]] = np.arange(pairs)
+    arc[slots[2 * pairs :]] = np.arange(pairs, len(slots) - pairs)
+    name, seen, sides = [f"a{a}" for a in arc], set(), []
+    for begin, size in zip(np.cumsum(sizes) - sizes, sizes):
+        side = []
+        for label in name[begin : begin + size]:
+            side.append("-" + label if label in seen else label)
+            seen.add(label)
+        sides.append(side)
+    count = len(slots) - pairs
+    ends = {f"a{k}": (2 * k, 2 * k + 1) for k in range(count)}
+    kind = np.full(2 * count, NodeKind.JUNCTION)
+    cells = [sides[4 * k : 4 * k + 4] for k in range(cells)]
+    return build_complex(ends, cells, [4] * 2 * count, kind)
+
+
+def balance_matrix(complex):
+    """(2 C, A) float64: the two balances of each cell."""
+    side, arc = complex.slot_side, complex.side_halfarc // 2
+    matrix = np.zeros((2 * complex.cell_count, complex.arc_count))
+    np.add.at(matrix, (2 * (side // 4) + side % 2, arc), np.where(side % 4 < 2, 1.0, -1.0))
+    return matrix
+
+
+def balanced(complex, length):
+    sides = side_lengths(complex, length)
+    return bool((sides[:, :2] == sides[:, 2:]).all())
+
+
+def cost(target, length):
+    return float(((length - target) ** 2 / np.maximum(target, SHORTEST_WISH)).sum())
