@@ -15,7 +15,12 @@ import numpy as np
 from .cells import CellComplex, NodeKind
 from .errors import Cancelled, LayoutError
 from .length_graph import (
-    LengthGraph, Walks, build_length_graph, cheap_walks, impossible_arcs, lengthening_walk,
+    LengthGraph,
+    Walks,
+    build_length_graph,
+    cheap_walks,
+    impossible_arcs,
+    lengthening_walk,
 )
 from .surface import connected_components
 

@@ -6,7 +6,12 @@ import pytest
 from core.length_graph import build_length_graph, impossible_arcs
 from core.lengths import SHORTEST_WISH, solve_lengths
 from tests.core.complexes import (
-    balance_matrix, balanced, cost, from_rectangles, random_gluing, random_rectangles,
+    balance_matrix,
+    balanced,
+    cost,
+    from_rectangles,
+    random_gluing,
+    random_rectangles,
 )
 
 optimize = pytest.importorskip("scipy.optimize")

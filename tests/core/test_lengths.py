@@ -10,8 +10,16 @@ from core.errors import Cancelled, LayoutError
 from core.length_graph import build_length_graph, cheap_walks, impossible_arcs, lengthening_walk
 from core.lengths import count_quads, scale_to_count, solve_lengths
 from tests.core.complexes import (
-    balance_matrix, balanced, cost, disc, forced_zero, from_rectangles, lshape, random_rectangles,
-    ring, torus,
+    balance_matrix,
+    balanced,
+    cost,
+    disc,
+    forced_zero,
+    from_rectangles,
+    lshape,
+    random_rectangles,
+    ring,
+    torus,
 )
 
 
