@@ -23,11 +23,11 @@ from .quad_energy import QuadEnergy, wanted_lengths
 from .quality import quad_normal, scaled_jacobian
 from .surface import TriangleSurface
 
-# Power of the energy and share of the wanted edge length in its targets, round by round.
-_SCHEDULE = ((2, 0.5),) * 3 + ((6, 0.2),) * 5
-_UNTANGLING_ROUNDS = 8  # more of the first kind where quads are still inverted at the end
+# Stages: power of the energy, share of the wanted edge length in its targets, most rounds, and the
+# change of the score that makes another round pointless.
+_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 5, 2e-3))
+_UNTANGLING = (2, 0.5, 8, 0.0)  # where quads are still inverted at the end
 _ITERATIONS = 16
-_SETTLED = 1e-3  # change of the scaled Jacobian that makes another round pointless
 _SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
 _MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
 
@@ -54,17 +54,17 @@ def smooth(
         return placement
     smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled)
     best, best_score = placement, smoother.score(placement)
-    score = best_score
-    schedule = list(_SCHEDULE) + [_SCHEDULE[0]] * _UNTANGLING_ROUNDS
-    for number, (power, share) in enumerate(schedule):
-        if number >= len(_SCHEDULE) and best_score > 0:
+    for power, share, rounds, settled in (*_STAGES, _UNTANGLING):
+        if settled == 0.0 and best_score > 0:
             break
-        before, placement = score, smoother.round(placement, power, share)
         score = smoother.score(placement)
-        if score > best_score:
-            best, best_score = placement, score
-        if power > 2 and score > 0 and abs(score - before) < _SETTLED:
-            break
+        for _ in range(rounds):
+            before, placement = score, smoother.round(placement, power, share)
+            score = smoother.score(placement)
+            if score > best_score:
+                best, best_score = placement, score
+            if score > 0 and abs(score - before) <= settled:
+                break
     return best
 
 
