@@ -31,7 +31,7 @@ from .surface import TriangleSurface
 # reach the energy of eight with five times as many plain steps.
 LONGEST, DISTANCES, STEPS, MOMENTUM = 0.03, 5, 12, 0.8
 SMALLEST_WEIGHT = 1e-6
-TRAP_ROUNDS = 3
+CURE_ROUNDS = 3
 POWER_STEPS = 15
 
 
@@ -48,27 +48,68 @@ def relax(
     mode       one of settings.RELAXATIONS
     cancelled  callable, asked now and then
 
-    A singularity in a triangle along the boundary would send two lines into one wall. Where one
-    comes out, the inner vertex of the triangle is held at its propagated cross, and the
-    field is computed again. Components without any fixed cross get the smoothest field.
-    Raises Cancelled.
+    Components without any fixed cross get the smoothest field. A singularity in a triangle along
+    the boundary would send two lines into one wall: where one comes out it is pushed away, see
+    `_cured`. Raises Cancelled.
     """
-    held = constraints.fixed.copy()
-    result = np.where(held, constraints.angle, angle)
+    fixed = constraints.fixed
+    given = np.where(fixed, constraints.angle, angle)
     if mode == "none":
-        return result
-    given = result
-    for _ in range(TRAP_ROUNDS):
-        result = given
+        return given
+    relaxed = given
+    if mode == "diffused":
+        relaxed = _diffused(surface, fixed, given, _diffusion_times(surface), cancelled)
+    relaxed = _harmonic(surface, fixed, build_cross_field(surface, relaxed, constraints), cancelled)
+    return _cured(surface, constraints, given, relaxed, mode, cancelled)
+
+
+def _cured(surface, constraints, given, relaxed, mode, cancelled):
+    """The relaxed crosses with as few singularities as possible in triangles along the boundary.
+
+    The inner vertices of such triangles are held at their propagated crosses, which follow the
+    wall, and the field is relaxed again over a short distance. Each round also holds the
+    vertices along the wall in a wider neighbourhood of the singularities that are left.
+    """
+    held, best, fewest = constraints.fixed.copy(), relaxed, np.inf
+    lining = _lining_vertices(surface)
+    for ring in range(CURE_ROUNDS + 1):
+        field = build_cross_field(surface, relaxed, constraints)
+        trapped = _lining_faces(surface) & (field.index != 0)
+        if np.count_nonzero(trapped) < fewest:
+            best, fewest = relaxed, np.count_nonzero(trapped)
+        near = lining & _neighbourhood(surface, trapped, ring)
+        if ring == CURE_ROUNDS or held[near].all():
+            return best
+        held |= near
+        relaxed = np.where(held, given, relaxed)
         if mode == "diffused":
-            result = _diffused(surface, held, result, cancelled)
-        field = build_cross_field(surface, result, constraints)
-        result = _harmonic(surface, held, field, cancelled)
-        trapped = _trapped_vertices(surface, build_cross_field(surface, result, constraints))
-        if held[trapped].all():
-            break
-        held[trapped] = True
+            shortest = _diffusion_times(surface)[-1:]
+            relaxed = _diffused(surface, held, relaxed, shortest, cancelled)
+        field = build_cross_field(surface, relaxed, constraints)
+        relaxed = _harmonic(surface, held, field, cancelled)
+
+
+def _lining_faces(surface: TriangleSurface) -> np.ndarray:
+    """(F,) bool, triangles with an edge on the boundary."""
+    result = np.zeros(surface.face_count, bool)
+    result[surface.loop_halfedges // 3] = True
     return result
+
+
+def _lining_vertices(surface):
+    """(V,) bool, inner vertices of the triangles along the boundary."""
+    result = np.zeros(surface.vertex_count, bool)
+    result[surface.triangles[_lining_faces(surface)]] = True
+    return result & ~surface.on_boundary
+
+
+def _neighbourhood(surface, faces, rings):
+    """(V,) bool, the vertices of the faces and of so many rings round them."""
+    inside = np.zeros(surface.vertex_count, bool)
+    inside[surface.triangles[faces]] = True
+    for _ in range(rings):
+        inside[surface.triangles[inside[surface.triangles].any(1)]] = True
+    return inside
 
 
 def energy(surface: TriangleSurface, field: CrossField) -> float:
@@ -157,8 +198,15 @@ def _harmonic(surface, held, field, cancelled):
     return angle
 
 
-def _diffused(surface, held, angle, cancelled):
-    """Angles after diffusion of the representation vectors over shorter and shorter distances.
+def _diffusion_times(surface):
+    """(DISTANCES,) float64, squares of lengths, from long to short."""
+    longest = LONGEST * surface.face_area.sum() / surface.component_count
+    shortest = surface.mean_edge_length**2
+    return np.geomspace(max(longest, shortest), shortest, DISTANCES)
+
+
+def _diffused(surface, held, angle, times, cancelled):
+    """Angles after diffusion of the representation vectors over each of the times in turn.
 
     A step of implicit diffusion over time t, u + (C + M / t)^-1 (b - C u), is taken with one cycle
     of multigrid in place of the inverse, and with momentum.
@@ -170,13 +218,11 @@ def _diffused(surface, held, angle, cancelled):
     parallel = np.exp(4j * surface.transport[surface.edges])
     matrix, right = unknowns.laplacian(parallel, np.exp(4j * angle))
     multigrid = Multigrid(matrix)
-    loose = _loose_vertices(surface, held)[free]
     u = np.exp(4j * angle[free])
+    loose = _loose_vertices(surface, held)[free]
     if loose.any():
         u = _smoothest(unknowns, matrix, u, loose, cancelled)
-    longest = LONGEST * surface.face_area.sum() / surface.component_count
-    shortest = surface.mean_edge_length**2
-    for time in np.geomspace(max(longest, shortest), shortest, DISTANCES):
+    for time in times:
         cycle = multigrid.plus_diagonal(unknowns.area / time)
         before = u
         for _ in range(STEPS):
@@ -215,16 +261,8 @@ def _smoothest(unknowns, matrix, u, loose, cancelled):
     x = np.where(loose, u, 0.0)
     for _ in range(POWER_STEPS):
         x = solve(
-            shifted, unknowns.area * x, start=x, tolerance=1e-3, cancelled=cancelled,
+            shifted, unknowns.area * x, start=x, tolerance=1e-2, cancelled=cancelled,
             preconditioner=preconditioner,
         )
         x /= max(np.abs(x).max(), 1e-300)
     return np.where(loose, _unit(x), u)
-
-
-def _trapped_vertices(surface, field):
-    """(n,) int64, inner vertices of singular triangles that have an edge on the boundary."""
-    wall = np.zeros(surface.face_count, bool)
-    wall[surface.loop_halfedges // 3] = True
-    vertices = np.unique(surface.triangles[wall & (field.index != 0)])
-    return vertices[~surface.on_boundary[vertices]]
