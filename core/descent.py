@@ -1,4 +1,4 @@
-"""Minimisation of a smooth function of many variables: limited-memory BFGS with a preconditioner."""
+"""Minimisation of smooth functions of many variables: limited-memory BFGS, preconditioned."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from .linear import SparseMatrix, solve
 from .placement import Placement
 from .projection import closest_in_triangle, closest_point, expand_ranges, first_smallest
 from .quads import QuadLayout
-from .surface import TriangleSurface, next_halfedge
+from .surface import TriangleSurface
 
 _WEIGHT_RANGE = (1e-3, 30.0)  # cut slivers give cotangents of any size
 _FIXED, _BOUNDARY, _SINGULAR, _PLAIN = range(4)

@@ -8,11 +8,11 @@ The first rounds even out the mesh, the later ones care for its worst corners. (
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from .boundary import BoundaryLoops, build_loops
+from .boundary import build_loops
 from .descent import minimise
 from .errors import Cancelled
 from .linear import SparseMatrix

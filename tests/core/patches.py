@@ -10,7 +10,8 @@ def grid_quads(m, n, closed=False):
     columns = m if closed else m + 1
     i, j = (a.ravel() for a in np.meshgrid(np.arange(m), np.arange(n)))
     k = (i + 1) % columns
-    return np.stack([j * columns + i, j * columns + k, (j + 1) * columns + k, (j + 1) * columns + i], 1)
+    low, high = j * columns, (j + 1) * columns
+    return np.stack([low + i, low + k, high + k, high + i], axis=1)
 
 
 def grid_parameters(m, n, closed=False):

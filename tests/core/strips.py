@@ -1,5 +1,7 @@
 """A grid patch cut into side-by-side cells: line graph, cell mesh and quad layout by hand."""
 
+import itertools
+
 import numpy as np
 
 from core.boundary import build_loops
@@ -17,8 +19,8 @@ def strip(shape, m, n, cuts, jitter=0.0, seed=0):
     column = [0, *cuts, m]
     cells = len(column) - 1
     index = np.arange((m + 1) * (n + 1)).reshape(n + 1, m + 1)
-    paths = [index[0, a : b + 1] for a, b in zip(column[:-1], column[1:])]
-    paths += [index[n, a : b + 1][::-1] for a, b in zip(column[:-1], column[1:])]
+    paths = [index[0, a : b + 1] for a, b in itertools.pairwise(column)]
+    paths += [index[n, a : b + 1][::-1] for a, b in itertools.pairwise(column)]
     paths += [index[::-1, 0], index[:, m]] + [index[:, c] for c in cuts]
     bottom, top = np.arange(cells + 1), np.arange(cells + 1, 2 * cells + 2)
     ends = [(k, k + 1) for k in range(cells)] + [(top[k + 1], top[k]) for k in range(cells)]
@@ -36,7 +38,8 @@ def _complex(surface, index, column, paths, ends, bottom, top):
     kind = np.full(len(vertex), NodeKind.WALL)
     kind[[0, cells, cells + 1, -1]] = NodeKind.CORNER
     holder = {int(v): f for f, t in enumerate(surface.triangles) for v in t}
-    edge = {(a, b): h // 3 for h, (a, b) in enumerate(zip(surface.tail.tolist(), surface.head.tolist()))}
+    ends_of_halfedge = zip(surface.tail.tolist(), surface.head.tolist())
+    edge = {pair: h // 3 for h, pair in enumerate(ends_of_halfedge)}
     faces = [
         [edge.get((a, b), edge.get((b, a))) for a, b in zip(path[:-1].tolist(), path[1:].tolist())]
         for path in paths
@@ -64,7 +67,7 @@ def _cell_mesh(surface, complex, index, column, paths):
     base = 0
     used_column = np.zeros(surface.vertex_count, np.int64)
     used_column[index] = np.arange(index.shape[1])
-    for k, (a, b) in enumerate(zip(column[:-1], column[1:])):
+    for k, (a, b) in enumerate(itertools.pairwise(column)):
         vertices = index[:, a : b + 1].ravel()
         number = np.full(surface.vertex_count, -1)
         number[vertices] = base + np.arange(len(vertices))
@@ -92,11 +95,11 @@ def strip_layout(complex, widths, height):
     cells, total = len(widths), sum(widths)
     at = np.concatenate([[0], np.cumsum(widths)])
     grid = np.arange((total + 1) * (height + 1)).reshape(height + 1, total + 1)
-    arcs = [grid[0, a : b + 1] for a, b in zip(at[:-1], at[1:])]
-    arcs += [grid[-1, a : b + 1][::-1] for a, b in zip(at[:-1], at[1:])]
+    arcs = [grid[0, a : b + 1] for a, b in itertools.pairwise(at)]
+    arcs += [grid[-1, a : b + 1][::-1] for a, b in itertools.pairwise(at)]
     arcs += [grid[::-1, 0], grid[:, -1]] + [grid[:, a] for a in at[1:-1]]
     length = np.array([len(a) - 1 for a in arcs])
-    blocks = [grid[:, a : b + 1] for a, b in zip(at[:-1], at[1:])]
+    blocks = [grid[:, a : b + 1] for a, b in itertools.pairwise(at)]
     fixed = np.zeros(grid.size, bool)
     fixed[[grid[0, 0], grid[0, -1], grid[-1, 0], grid[-1, -1]]] = True
     loop = np.full(grid.shape, -1)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from core.boundary import build_loops
+from core.surface import build_surface
 from tests.core.patches import annulus, flat, octant, patch
 
 
@@ -51,6 +52,22 @@ def test_tangent_keeps_the_surface_on_the_left():
         assert (turn > 0).all() if outer else (turn < 0).all()
 
 
+def test_deviation_of_chords_of_a_circle():
+    surface = patch(annulus, 240, 10, closed=True)
+    loops = build_loops(surface)
+    outer = int(loops.length.argmax())
+    loop, number = np.full(6, outer), np.arange(6)
+    sixth = loops.length[outer] / 6
+    found = loops.chord_deviation(loop, loops.position[loops.first[outer]] + number * sixth, sixth)
+    assert found == pytest.approx(2 * (1 - np.cos(np.pi / 6)), abs=2e-3)
+    square = build_loops(patch(flat, 8))
+    zero = np.zeros(8, int)
+    along = square.chord_deviation(zero, np.arange(8) / 2, np.full(8, 0.5))
+    assert np.abs(along).max() < 1e-12
+    over_corner = square.chord_deviation(zero[:1], np.array([0.5]), np.array([1.0]))
+    assert over_corner == pytest.approx([np.sqrt(0.125)])
+
+
 def test_wrapping_never_returns_the_length_itself():
     loops = build_loops(patch(flat, 3))
     wrapped = loops.wrap(np.zeros(3, int), np.array([-1e-20, 4.0, 12.0]))
@@ -58,8 +75,6 @@ def test_wrapping_never_returns_the_length_itself():
 
 
 def test_surface_without_boundary_has_no_loops():
-    from core.surface import build_surface
-
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     loops = build_loops(build_surface(points, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
     assert len(loops.length) == 0

@@ -30,7 +30,7 @@ def assert_on_surface(surface, placement):
 
 
 def test_square_becomes_the_regular_grid():
-    surface, layout, placement = place(flat, 12, 12, [], [5], 7, jitter=0.2)
+    surface, _layout, placement = place(flat, 12, 12, [], [5], 7, jitter=0.2)
     assert_on_surface(surface, placement)
     expected = flat(grid_parameters(5, 7))
     assert np.abs(placement.point - expected).max() < 0.03
@@ -74,7 +74,7 @@ def test_vanished_cell_merges_its_walls():
 
 
 def test_fixed_node_wins_over_the_wall_next_to_it():
-    surface, layout, placement = place(flat, 12, 6, [2], [0, 5], 3, jitter=0.0)
+    surface, _layout, placement = place(flat, 12, 6, [2], [0, 5], 3, jitter=0.0)
     points = placement.point.reshape(4, 6, 3)
     assert np.abs(points[[0, -1], 0, 0]).max() == 0
     assert_on_surface(surface, placement)

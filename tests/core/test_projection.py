@@ -87,7 +87,8 @@ def test_walk_of_length_zero_and_through_vertices():
     end, _ = walk(surface, vertex, np.arange(surface.face_count), np.zeros_like(vertex))
     assert np.abs(end - vertex).max() < 1e-15
     middle = np.tile([[0.5, 0.5, 0.0]], (8, 1))
-    face = np.full(8, np.flatnonzero((surface.points[surface.triangles] == middle[0]).all(2).any(1))[0])
+    touching = (surface.points[surface.triangles] == middle[0]).all(2).any(1)
+    face = np.full(8, np.flatnonzero(touching)[0])
     angle = np.arange(8) * np.pi / 4
     move = 0.25 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     assert np.abs(walk(surface, middle, face, move)[0] - middle - move).max() < 1e-12

@@ -9,6 +9,7 @@ from core.placement import Placement
 from core.projection import barycentric, closest_point, surface_normal
 from core.quality import scaled_jacobian
 from core.smoothing import smooth
+from core.surface import build_surface
 from tests.core.patches import annulus, bump, flat, grid_parameters, grid_quads, octant, patch
 
 
@@ -130,8 +131,6 @@ def test_same_answer_twice_and_at_any_scale():
     bad = scramble(surface, good, 0.05)
     first, second = smooth(surface, bad, quads), smooth(surface, bad, quads)
     assert (first.point == second.point).all()
-    from core.surface import build_surface
-
     large = build_surface(1e6 * surface.points, surface.triangles)
     grown = Placement(1e6 * bad.point, bad.face, bad.loop, 1e6 * bad.loop_position, bad.fixed)
     result = smooth(large, grown, quads)
