@@ -234,14 +234,22 @@ class LineGraph:
         if line.entry is None:
             return line.angle
         side, parameter = line.entry
-        first = split.field_angle(side, parameter, line.branch)
-        leave = split.ray_exit(split.on_side(side, parameter), first, side)
-        if leave is None:
-            return first
-        second = split.field_angle(leave[0], leave[1], line.branch)
-        turn = (second - first + pi) % (2 * pi) - pi
-        line.turn += abs(turn)
-        return first + 0.5 * min(max(turn, -1.0), 1.0)
+        start = split.on_side(side, parameter)
+        first = heading = split.field_angle(side, parameter, line.branch)
+        left_by = split.ray_exit(start, first, side)
+        for _ in range(2):
+            if left_by is None:
+                return first
+            turn = split.field_angle(*left_by, line.branch) - first
+            turn = (turn + pi) % (2 * pi) - pi
+            heading = first + 0.5 * min(max(turn, -1.0), 1.0)
+            again = split.ray_exit(start, heading, side)
+            if again is not None and again[0] == left_by[0]:
+                line.turn += abs(turn)
+                return heading
+            left_by = again
+        # Two sides take turns: a mean with the field far away would lead round their vertex.
+        return first
 
     def _starting_polygon(self, line, split, angle):
         """The polygon that the next chord cuts, and which of its corners the line stands on."""
