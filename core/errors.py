@@ -19,3 +19,14 @@ class LayoutError(CrossfieldError):
 
 class Cancelled(CrossfieldError):
     """The caller asked to stop; nothing has been changed."""
+
+
+class CoarseLayoutError(LayoutError):
+    """A layout that needs more quads: lengthen the strips that the given mesh edges cross.
+
+    edge  (n, 2) int64, end vertices of mesh edges
+    """
+
+    def __init__(self, message, edge):
+        super().__init__(message)
+        self.edge = edge

@@ -139,11 +139,13 @@ def disc():
 
 
 def forced_zero():
-    """A ring of one cell that meets itself with an offset: its opposite walls are {x, y} and {x}."""
+    """A ring of one cell that meets itself with an offset y: its walls are {x, y} and {x}.
+
+    Nodes 1 and 2 are plain, so that they may become one.
+    """
     ends = {"x": (0, 1), "y": (1, 2), "bottom": (0, 0), "top": (2, 1)}
     cells = [[["bottom"], ["x", "y"], ["top"], ["-x"]]]
-    kind = [NodeKind.WALL, NodeKind.JUNCTION, NodeKind.WALL]
-    return build_complex(ends, cells, [2, 4, 2], kind)
+    return build_complex(ends, cells, [2, 2, 2], [NodeKind.WALL] * 3)
 
 
 def ring(cells):
