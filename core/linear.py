@@ -11,7 +11,7 @@ from .sparse_matrix import SparseMatrix
 __all__ = ["SparseMatrix", "jacobi", "preconditioner_for", "solve"]
 
 # Multigrid pays above this size, unless the diagonal dominates so much that Jacobi is good enough.
-LARGE = 2000
+LARGE = 6000
 DOMINATED = 0.97
 
 

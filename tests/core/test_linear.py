@@ -160,7 +160,7 @@ def test_disconnected_unknowns_do_not_trouble_multigrid():
 
 def test_choice_of_preconditioner():
     assert not isinstance(preconditioner_for(plate_laplacian(20)), Multigrid)
-    large = plate_laplacian(60)
+    large = plate_laplacian(90)
     assert isinstance(preconditioner_for(large), Multigrid)
     value = large.value + np.where(large.row == large.column, 8.0, 0.0)
     dominant = SparseMatrix(large.row_offset, large.column, value)
