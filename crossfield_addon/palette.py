@@ -23,27 +23,28 @@ _PREFIX = "Crossfield "
 
 def block_materials() -> list:
     """One material for each shade of `BLOCKS`, shared by all results."""
-    return [_material(f"block {k + 1}", colour) for k, colour in enumerate(BLOCKS)]
+    return [material(f"block {k + 1}", colour) for k, colour in enumerate(BLOCKS)]
 
 
 def line_material():
     """The material of block boundaries and lines."""
-    return _material("line", LINE)
+    return material("line", LINE)
 
 
 def remove_unused() -> None:
     """Remove our materials when no result uses them any more."""
-    for material in list(bpy.data.materials):
-        if material.name.startswith(_PREFIX) and not material.users:
-            bpy.data.materials.remove(material)
+    for unused in [m for m in bpy.data.materials if not m.users]:
+        if unused.name.startswith(_PREFIX):
+            bpy.data.materials.remove(unused)
 
 
-def _material(name, colour):
-    material = bpy.data.materials.get(_PREFIX + name)
-    if material is None:
-        material = bpy.data.materials.new(_PREFIX + name)
-        material.diffuse_color = colour
-    return material
+def material(name, colour):
+    """The shared material of this name, made where it is missing."""
+    found = bpy.data.materials.get(_PREFIX + name)
+    if found is None:
+        found = bpy.data.materials.new(_PREFIX + name)
+        found.diffuse_color = colour
+    return found
 
 
 def block_shades(blocks) -> np.ndarray:

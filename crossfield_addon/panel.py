@@ -39,7 +39,7 @@ class CROSSFIELD_PT_main(bpy.types.Panel):
         sentence, notes = results.result_text(source)
         if not sentence:
             return
-        width = max(24, int(context.region.width / (7 * context.preferences.system.ui_scale)))
+        width = max(24, int(context.region.width / (9 * context.preferences.system.ui_scale)))
         box = layout.box().column(align=True)
         for text, icon in [(sentence, "CHECKMARK")] + [(note, "ERROR") for note in notes]:
             for number, line in enumerate(textwrap.wrap(text, width)):

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import palette, results
+from . import markers, palette, results
 from .blend_files import quiet
 
 LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singularities")
@@ -134,34 +134,19 @@ def _quad_objects(decomposition, pixel):
 
 def _markers(singularities, radius):
     """A ball at each singularity: red for k < 0, blue for k > 0."""
-    markers = []
+    shown = []
     for colour, chosen in (
         (palette.NEGATIVE, singularities.k < 0),
         (palette.POSITIVE, singularities.k > 0),
     ):
         ball = bpy.data.meshes.new("ball")
-        points, faces = _ball(radius)
+        points, faces = markers.ball(radius)
         centre = np.asarray(singularities.position)[chosen]
         every = (centre[:, None, :] + points).reshape(-1, 3)
         shift = len(points) * np.arange(len(centre))[:, None, None]
         ball.from_pydata(every.tolist(), [], (faces + shift).reshape(-1, 4).tolist())
-        markers.append(_painted(ball, colour))
-    return markers
-
-
-def _ball(radius, count=24):
-    """Points and quads of a sphere cut by meridians and parallels."""
-    around, along = np.arange(count), np.arange(count // 2)
-    phi = 2 * np.pi * around / count
-    theta = np.pi * (np.arange(count // 2 + 1)) / (count // 2)
-    ring = np.stack([np.cos(phi), np.sin(phi)], axis=1)
-    level = np.sin(theta)[:, None, None] * ring
-    height = np.broadcast_to(np.cos(theta)[:, None, None], level.shape[:2] + (1,))
-    points = radius * np.concatenate([level, height], axis=2).reshape(-1, 3)
-    low = along[:, None] * count
-    following = (around + 1) % count
-    quads = [low + around, low + count + around, low + count + following, low + following]
-    return points, np.stack(quads, axis=-1).reshape(-1, 4)
+        shown.append(_painted(ball, colour))
+    return shown
 
 
 def cross_segments(decomposition, spacing) -> list:
@@ -231,7 +216,10 @@ def _set_up_render(scene, path, size, pixels, flat):
     shape = np.ceil(size / size.max() * pixels).astype(int).tolist()
     render.resolution_x, render.resolution_y = shape
     render.resolution_percentage = 100
+    render.dither_intensity = 0.0  # flat colours stay flat, and the file small
     render.image_settings.file_format = "PNG"
+    render.image_settings.color_mode = "RGB"
+    render.image_settings.compression = 100
     render.filepath = str(path)
     scene.view_settings.view_transform = "Standard"
     scene.view_settings.exposure = 0.0 if flat else 0.6

@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from . import attributes, palette
+from . import attributes, markers, palette
 from .attributes import AttributeKind, write_attribute
 
 _SOURCE = "crossfield_source"
@@ -58,6 +58,7 @@ def remove_results(source) -> bool:
         collection.pop(key, None)
     if not collection.objects and not collection.children:
         bpy.data.collections.remove(collection)
+    markers.remove_unused()
     palette.remove_unused()
     return True
 
@@ -116,18 +117,16 @@ def _result_objects(source, decomposition, keep_lines):
 
 
 def display_size(decomposition) -> float:
-    """A quarter of a usual quad edge, or a thousandth of the diagonal when there are no quads."""
+    """Unit of drawn things: a quarter of a usual quad edge, at most 1/300 of the diagonal."""
+    largest = float(np.linalg.norm(np.ptp(decomposition.surface.points, axis=0))) / 300
     if decomposition.quads is None:
-        return 2e-3 * float(np.linalg.norm(np.ptp(decomposition.surface.points, axis=0)))
+        return largest
     edge = decomposition.quads.points[decomposition.quads.quads[:, :2]]
-    return 0.25 * float(np.median(np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1)))
+    return min(largest, 0.25 * float(np.median(np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1))))
 
 
 def singularity_empties(name, singularities, size) -> list:
-    """An empty for each singularity, carrying k and valence.
-
-    Red sphere: k < 0 (valence 3), blue cube: k > 0 (valence 5 and more).
-    """
+    """An empty for each singularity, carrying k and valence; red for k < 0, blue for k > 0."""
     empties = []
     for position, k, valence in zip(
         singularities.position,
@@ -137,8 +136,10 @@ def singularity_empties(name, singularities, size) -> list:
     ):
         empty = bpy.data.objects.new(f"{name} singularity k={k:+d}", None)
         empty.location = position
-        empty.empty_display_type = "SPHERE" if k < 0 else "CUBE"
-        empty.empty_display_size = size
+        empty.scale = size, size, size
+        empty.empty_display_type = "SPHERE"
+        empty.instance_type = "COLLECTION"
+        empty.instance_collection = markers.ball_collection(-1 if k < 0 else 1)
         empty.color = palette.NEGATIVE if k < 0 else palette.POSITIVE
         empty["k"] = k
         empty["valence"] = valence
@@ -187,5 +188,6 @@ def quad_object(name, quads, blocks):
     write_attribute(mesh, "block", _BLOCK, blocks.quad_block)
     write_attribute(mesh, "scaled_jacobian", _QUALITY, quads.scaled_jacobian)
     result = bpy.data.objects.new(name, mesh)
+    result.show_wire = True
     result[_ROLE] = "quads"
     return result
