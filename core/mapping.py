@@ -48,10 +48,12 @@ def place_vertices(
     cell_mesh: CellMesh,
     layout: QuadLayout,
     length,
+    mapped=None,
 ) -> Placement:
     """Positions on the surface of all vertices of a quad layout.
 
     length  (A,) int64, number of quads along each arc
+    mapped  what `map_cells` returns, where it is known already
 
     Nodes keep their positions, vertices of an arc are spread evenly by arc length, those inside a
     cell come from its map onto the rectangle. Where several of these are one vertex (arcs of
@@ -63,7 +65,7 @@ def place_vertices(
     sources = (
         _node_candidates(complex, layout),
         _arc_candidates(complex, layout, length, loops),
-        _cell_candidates(complex, cell_mesh, layout, length),
+        _cell_candidates(complex, cell_mesh, layout, length, mapped),
     )
     columns = zip(*([getattr(s, name) for name in s.__dataclass_fields__] for s in sources))
     candidates = _Candidates(*(np.concatenate(column) for column in columns))
@@ -114,9 +116,11 @@ def _point_on_arc(complex, arc, distance):
     return point, complex.arc_point_face[index]
 
 
-def _cell_candidates(complex, cell_mesh, layout, length):
+def _cell_candidates(complex, cell_mesh, layout, length, mapped):
     """The lattice points inside every cell, found in its triangles mapped to the rectangle."""
-    place, triangle = map_cells(complex, cell_mesh, layout.cell_shape, length)
+    if mapped is None:
+        mapped = map_cells(complex, cell_mesh, layout.cell_shape, length)
+    place, triangle = mapped
     cell, column, row = _lattice(layout.cell_shape)
     found, weight = _locate(place, triangle, cell_mesh, layout.cell_shape)
     corner = cell_mesh.point[cell_mesh.triangle[found]]

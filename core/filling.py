@@ -1,0 +1,102 @@
+"""From four-sided cells to the quad mesh: lengths, connectivity, places, smoothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .decomposition import QuadMesh
+from .errors import LayoutError
+from .layout import Layout
+from .lengths import scale_to_count, solve_lengths
+from .mapping import map_cells, place_vertices
+from .placement import Placement
+from .quads import QuadLayout, verify_lengths
+from .quality import scaled_jacobian
+from .settings import Settings
+from .smoothing import smooth
+from .surface import TriangleSurface
+
+# Times that arcs are lengthened before a layout counts as too coarse to fill.
+MOST_LENGTHENINGS = 8
+
+
+@dataclass(frozen=True)
+class Filling:
+    """The quad mesh of a layout.
+
+    quads      QuadMesh
+    layout     QuadLayout, its connectivity and where it comes from
+    placement  Placement, where its vertices lie on the surface
+    source     (P,) bool, vertices that end the straight lines of blocks: singularities, corners
+    face_quad  (F,) int64, quad over the middle of each triangle of the surface, -1 if unknown
+    """
+
+    quads: QuadMesh
+    layout: QuadLayout
+    placement: Placement
+    source: np.ndarray
+    face_quad: np.ndarray
+
+
+def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, cancelled=None):
+    """Fill the cells of a layout with quads of the wanted size or number: a Filling.
+
+    Raises LayoutError where no valid quad mesh of about this size exists, Cancelled.
+    """
+    complex_ = layout.complex
+    length, quads = _verified_lengths(surface, complex_, settings, cancelled)
+    mapped = map_cells(complex_, layout.cell_mesh, quads.cell_shape, length)
+    placement = place_vertices(surface, complex_, layout.cell_mesh, quads, length, mapped)
+    edge_length = np.sqrt(surface.face_area.sum() / len(quads.quad))
+    placement = smooth(surface, placement, quads.quad, edge_length, cancelled)
+    valence = np.bincount(quads.quad.ravel(), minlength=quads.vertex_count)
+    on_boundary = quads.vertex_loop >= 0
+    mesh = QuadMesh(
+        placement.point, quads.quad, on_boundary, valence,
+        scaled_jacobian(placement.point, quads.quad),
+    )
+    source = valence != np.where(on_boundary, 2, 4)
+    face_quad = _quads_over_faces(surface, layout, quads, mapped)
+    return Filling(mesh, quads, placement, source, face_quad)
+
+
+def _verified_lengths(surface, complex_, settings, cancelled):
+    """Lengths near the wanted size whose quads make the surface, and those quads."""
+    expected = surface.euler_characteristic, surface.loop_count, surface.component_count
+    lower = np.ones(complex_.arc_count, np.int64)
+    for _ in range(MOST_LENGTHENINGS):
+        length = _wanted_lengths(surface, complex_, settings, lower, cancelled)
+        quads, short = verify_lengths(complex_, length, *expected)
+        if not short.any():
+            return length, quads
+        lower[short] = length[short] + 1
+    raise LayoutError("The wanted quads are too large for this surface; ask for more of them.")
+
+
+def _wanted_lengths(surface, complex_, settings, lower, cancelled):
+    if settings.edge_length is not None:
+        wish = complex_.arc_length / settings.edge_length
+        return solve_lengths(complex_, wish, lower, cancelled=cancelled)
+    wish = complex_.arc_length / np.sqrt(surface.face_area.sum() / settings.quad_count)
+    return scale_to_count(complex_, wish, settings.quad_count, lower, cancelled)[0]
+
+
+def _quads_over_faces(surface, layout, quads: QuadLayout, mapped):
+    """The quad in whose lattice square the middle of each triangle's largest piece was mapped."""
+    place, live = mapped
+    mesh = layout.cell_mesh
+    cell = mesh.triangle_cell[live]
+    m, n = quads.cell_shape[cell].T
+    column, row = np.floor(place[mesh.triangle[live]].mean(1)).astype(np.int64).T
+    first = np.concatenate([[0], np.cumsum(quads.cell_shape.prod(1))])
+    quad = first[cell] + np.clip(row, 0, n - 1) * m + np.clip(column, 0, m - 1)
+    corner = mesh.point[mesh.triangle[live]]
+    size = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    result = np.full(surface.face_count, -1, np.int64)
+    ascending = np.argsort(size, kind="stable")
+    result[mesh.triangle_face[live[ascending]]] = quad[ascending]
+    return result
