@@ -28,12 +28,9 @@ def write_results(scene, source, arrays, decomposition, keep_lines=False) -> lis
     the core, and a sentence when the attributes could not be written.
     """
     notes = list(decomposition.warnings)
-    if not arrays.on_object:
-        attributes.remove_attributes(source)
-        notes.append(
-            "Modifiers change the faces of this mesh, so no attributes were written onto it; "
-            "apply the modifiers to have them."
-        )
+    obstacle = _obstacle(source, arrays)
+    if obstacle:
+        notes.append(obstacle)
     else:
         values = attributes.attribute_values(decomposition, len(arrays.points))
         attributes.write_attributes(source, values)
@@ -47,9 +44,22 @@ def write_results(scene, source, arrays, decomposition, keep_lines=False) -> lis
     return notes
 
 
+def _obstacle(source, arrays) -> str:
+    """Why the mesh cannot take attributes, or ""; ours from an earlier run are removed then."""
+    if not source.data.is_editable:
+        return "The mesh is linked from another file, so no attributes were written onto it."
+    if arrays.on_object:
+        return ""
+    attributes.remove_attributes(source)
+    return (
+        "Modifiers change the faces of this mesh, so no attributes were written onto it; "
+        "apply the modifiers to have them."
+    )
+
+
 def remove_results(source) -> bool:
     """Remove the results and attributes of an object; True when there were any."""
-    removed = attributes.remove_attributes(source)
+    removed = source.data.is_editable and attributes.remove_attributes(source)
     collection = find_collection(source)
     if collection is None:
         return removed

@@ -300,3 +300,27 @@ def test_the_result_in_words():
     sentence, notes = results.result_text(source)
     assert sentence.startswith("4 singularities, index sum as topology asks; ")
     assert " blocks; " in sentence and sentence.endswith(" quads") and notes == []
+
+
+@in_blender
+def test_linked_mesh_keeps_its_file_and_gets_results():
+    import tempfile
+
+    import bpy
+
+    from tests.addon.scenes import add_grid, collection_of, result
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = f"{folder}/library.blend"
+        bpy.data.libraries.write(path, {add_grid()})
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(path, link=True) as (_, wanted):
+            wanted.objects = ["Grid"]
+    source = bpy.data.objects["Grid"]
+    bpy.context.scene.collection.objects.link(source)
+    bpy.context.view_layer.objects.active = source
+    assert bpy.ops.crossfield.decompose(quad_count=100) == {"FINISHED"}
+    assert "linked" in collection_of(source)["crossfield_notes"]
+    assert len(result(source, "quads").data.polygons) > 10
+    assert not [a for a in source.data.attributes.keys() if "crossfield" in a]
+    assert bpy.ops.crossfield.clear() == {"FINISHED"}
