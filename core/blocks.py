@@ -6,6 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .errors import LayoutError
+from .quad_connectivity import (
+    QuadConnectivity,
+    connect_quads,
+    next_side,
+    opposite_side,
+    previous_side,
+)
+from .quads import grid_quads
+from .surface import connected_components
+
 
 @dataclass(frozen=True)
 class Blocks:
@@ -36,3 +47,250 @@ class Blocks:
     @property
     def count(self) -> int:
         return len(self.shape)
+
+
+@dataclass(frozen=True)
+class _Chains:
+    """The cut edges as chains between block corners; closed chains are told apart.
+
+    chain   (E,) int64 chain of each edge, -1 where the edge is not cut or its chain is closed
+    closed  (E,) bool, edges of chains without any corner
+    offset, vertex   chain c is vertex[offset[c]:offset[c + 1]], both ends included
+    """
+
+    chain: np.ndarray
+    closed: np.ndarray
+    offset: np.ndarray
+    vertex: np.ndarray
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(chains, 2) int64, both ends, the smaller first."""
+        start, end = self.vertex[self.offset[:-1]], self.vertex[self.offset[1:] - 1]
+        return np.sort(np.stack([start, end], 1), axis=1)
+
+
+def find_blocks(quad, vertex_count: int, source) -> Blocks:
+    """Cut a quad mesh along straight mesh lines into blocks.
+
+    quad    (Q, 4) int64, oriented and manifold, every vertex used
+    source  (P,) bool, vertices from which all mesh lines are cut; irregular vertices (not 4 quads
+            inside, not 2 on the boundary) are sources in any case
+
+    Lines run from a source until they reach the boundary or a source. Where a block would close up
+    into a ring or touch itself, or two block edges would join the same two corners, further whole
+    mesh lines are cut: at least three blocks then go round. Raises LayoutError if the quads are no
+    manifold. (method section 8)
+    """
+    mesh = connect_quads(quad, vertex_count)
+    source = np.asarray(source, bool) | mesh.irregular
+    straight = np.where(source[mesh.head], -1, mesh.straight)
+    line = _mesh_lines(mesh, straight)
+    cut = _separatrices(mesh, source, line)
+    _cut_bare_parts(mesh, line, cut)
+    while True:
+        chains = _find_chains(mesh, straight, cut)
+        vertices = _places_to_cut(mesh, chains)
+        if not len(vertices):
+            return _assemble(mesh, cut, chains)
+        beside = np.isin(mesh.edge_vertex, vertices).any(1) & ~cut
+        cut |= np.isin(line, line[beside])
+
+
+def verify_blocks(blocks: Blocks, quad):
+    """Test that blocks are grids with four distinct corners that conform.
+
+    quad  (Q, 4) int64, the quads that the blocks were made of
+
+    Every quad lies in the grid of its block; the sides of each block are its block edges, vertex by
+    vertex; every edge belongs to one side (boundary) or to two, in opposite directions; no block
+    corner lies inside an edge; no two edges join the same corners. Raises LayoutError.
+    """
+    filled, owner = grid_quads(blocks.shape, blocks.grid_offset, blocks.grid_vertex)
+    rows = np.column_stack([np.sort(filled, axis=1), owner])
+    wanted = np.column_stack([np.sort(quad, axis=1), blocks.quad_block])
+    _demand(
+        rows.shape == wanted.shape
+        and np.array_equal(rows[np.lexsort(rows.T)], wanted[np.lexsort(wanted.T)]),
+        "the grids of the blocks are not the quads",
+    )
+    distinct = (np.diff(np.sort(blocks.corner, axis=1), axis=1) > 0).all()
+    _demand(distinct, "a block meets one of its corners twice")
+    start = blocks.edge_vertex[blocks.edge_offset[:-1]]
+    end = blocks.edge_vertex[blocks.edge_offset[1:] - 1]
+    ends = np.sort(np.stack([start, end], 1), axis=1)
+    _demand(len(np.unique(ends, axis=0)) == len(ends), "two block edges join the same corners")
+    inner = np.ones(len(blocks.edge_vertex), bool)
+    inner[blocks.edge_offset[:-1]] = inner[blocks.edge_offset[1:] - 1] = False
+    touched = np.isin(blocks.edge_vertex[inner], blocks.corner)
+    _demand(not touched.any(), "a block corner lies inside a block edge")
+    _verify_sides(blocks, start)
+
+
+def _demand(condition, cause):
+    if not condition:
+        raise LayoutError(f"The blocks do not conform: {cause}; use another size.")
+
+
+def _verify_sides(blocks, edge_start):
+    """The border of every grid is made of its edges; each edge has its one or two sides."""
+    forward = np.zeros((blocks.count, 4), bool)
+    for number in range(blocks.count):
+        m, n = blocks.shape[number]
+        begin, end = blocks.grid_offset[number : number + 2]
+        grid = blocks.grid_vertex[begin:end].reshape(n + 1, m + 1)
+        for k, side in enumerate((grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])):
+            edge = blocks.block_edge[number, k]
+            chain = blocks.edge_vertex[blocks.edge_offset[edge] : blocks.edge_offset[edge + 1]]
+            forward[number, k] = side[0] == chain[0]
+            same = np.array_equal(side, chain if forward[number, k] else chain[::-1])
+            _demand(same and side[0] == blocks.corner[number, k], "a side is not its block edge")
+    used = np.zeros((2, len(edge_start)), np.int64)
+    np.add.at(used, (forward.ravel().astype(int), blocks.block_edge.ravel()), 1)
+    sides = np.where(blocks.edge_on_boundary, 1, 2)
+    _demand(
+        (used <= 1).all() and np.array_equal(used.sum(0), sides),
+        "a block edge has a wrong number of sides",
+    )
+
+
+def _mesh_lines(mesh: QuadConnectivity, straight) -> np.ndarray:
+    """(E,) int64, number of the straight line that each edge lies on."""
+    onward = np.flatnonzero(straight >= 0)
+    return connected_components(mesh.edge_count, mesh.edge[onward], mesh.edge[straight[onward]])
+
+
+def _separatrices(mesh, source, line) -> np.ndarray:
+    """(E,) bool, edges on the boundary and on lines that end at a source."""
+    cut = np.zeros(mesh.edge_count, bool)
+    cut[mesh.edge[mesh.boundary]] = True
+    inner_start = source[mesh.edge_vertex].any(1) & ~cut
+    return cut | np.isin(line, line[inner_start])
+
+
+def _cut_bare_parts(mesh, line, cut):
+    """In parts of the mesh without any cut (tori), cut both lines through one vertex; in place."""
+    inner = np.flatnonzero(mesh.twin >= 0)
+    part = connected_components(len(mesh.quad), inner // 4, mesh.twin[inner] // 4)
+    is_cut = np.bincount(part, cut[mesh.edge].reshape(-1, 4).sum(1)) > 0
+    first = np.unique(part, return_index=True)[1][~is_cut]
+    sides = mesh.edge.reshape(-1, 4)[first]
+    cut |= np.isin(line, line[sides[:, [0, 3]].ravel()])
+
+
+def _find_chains(mesh: QuadConnectivity, straight, cut) -> _Chains:
+    """Order the cut edges into chains from corner to corner."""
+    halfedge = np.arange(len(mesh.tail))
+    corner = np.zeros(mesh.vertex_count, bool)
+    corner[mesh.tail[cut[mesh.edge] & cut[mesh.edge[previous_side(halfedge)]]]] = True
+    # Darts: 2 * edge walks an edge as in edge_vertex, 2 * edge + 1 backwards.
+    dart = 2 * mesh.edge + (mesh.tail != mesh.edge_vertex[mesh.edge, 0])
+    tail = mesh.edge_vertex.ravel()
+    following = np.arange(2 * mesh.edge_count)
+    onward = np.flatnonzero(cut[mesh.edge] & (straight >= 0) & ~corner[mesh.head])
+    following[dart[onward]] = dart[straight[onward]]
+    plain = ~corner[mesh.head[mesh.boundary]]
+    here, there = dart[mesh.boundary[plain]], dart[mesh.along_boundary[plain]]
+    following[here], following[there ^ 1] = there, here ^ 1
+    last, steps = _to_the_end(following)
+    used = np.flatnonzero(np.repeat(cut, 2))
+    begin = used[corner[tail[used]]]
+    # Both directions of a chain begin at a corner: keep the one with the smaller first dart.
+    begin = begin[begin < (last[begin] ^ 1)]
+    number = np.full(2 * mesh.edge_count, -1)
+    number[last[begin]] = np.arange(len(begin))
+    number = np.where(following[last] == last, number[last], -1)
+    darts = np.flatnonzero(np.repeat(cut, 2) & (number >= 0))
+    darts = darts[np.lexsort([-steps[darts], number[darts]])]
+    chain = np.full(mesh.edge_count, -1)
+    chain[darts // 2] = number[darts]
+    offset = np.concatenate([[0], np.cumsum(np.bincount(number[darts], minlength=len(begin)) + 1)])
+    vertex = np.empty(offset[-1], np.int64)
+    vertex[np.arange(len(darts)) + number[darts]] = tail[darts]
+    vertex[offset[1:] - 1] = tail[last[begin] ^ 1]
+    return _Chains(chain, cut & (chain < 0), offset, vertex)
+
+
+def _to_the_end(following):
+    """End of the path from each element and steps to it, by pointer doubling.
+
+    An element that follows itself is an end. On closed paths both results mean nothing.
+    """
+    ahead, steps = following, (following != np.arange(len(following))).astype(np.int64)
+    for _ in range(len(following).bit_length()):
+        further = ahead[ahead]
+        if np.array_equal(further, ahead):
+            break
+        steps = steps + steps[ahead]
+        ahead = further
+    return ahead, steps
+
+
+def _places_to_cut(mesh, chains: _Chains) -> np.ndarray:
+    """Vertices through which further lines must run; empty when all blocks are grids."""
+    if chains.closed.any():
+        return mesh.edge_vertex[chains.closed].min(keepdims=True).ravel()
+    ends, size = chains.ends, np.diff(chains.offset) - 1
+    loops = np.flatnonzero(ends[:, 0] == ends[:, 1])
+    if len(loops):
+        longest = loops[np.argmax(size[loops])]
+        share, parts = size[longest] * np.array([1, 2]), 3
+    else:
+        order = np.lexsort([size, ends[:, 1], ends[:, 0]])
+        same = (np.diff(ends[order], axis=0) == 0).all(1)
+        if not same.any():
+            return np.zeros(0, np.int64)
+        # The longer one of two edges that join the same corners.
+        longest = order[1:][same][0]
+        share, parts = size[longest : longest + 1], 2
+    return chains.vertex[chains.offset[longest] + (share + parts // 2) // parts]
+
+
+def _assemble(mesh: QuadConnectivity, cut, chains: _Chains) -> Blocks:
+    """Grids of all blocks: how far is it to the left end and to the lower end of the block?"""
+    halfedge = np.arange(len(mesh.tail))
+    side = previous_side(halfedge)
+    left = np.where(cut[mesh.edge[side]], halfedge, previous_side(mesh.twin[side]))
+    down = np.where(cut[mesh.edge], halfedge, opposite_side(mesh.twin))
+    left_end, column = _to_the_end(left)
+    down_end, row = _to_the_end(down)
+    origin = down_end[left_end].reshape(-1, 4)
+    base = 4 * np.arange(len(mesh.quad)) + origin.argmin(1)
+    column, row = column[base], row[left_end[base]]
+    _, quad_block = np.unique(origin.min(1), return_inverse=True)
+    quad_block = quad_block.ravel()
+    shape = np.zeros((int(quad_block.max(initial=-1)) + 1, 2), np.int64)
+    np.maximum.at(shape, quad_block, np.stack([column, row], 1) + 1)
+    if not np.array_equal(shape.prod(1), np.bincount(quad_block, minlength=len(shape))):
+        raise LayoutError("A block of the quad mesh is no grid; use another size.")
+    offset = np.concatenate([[0], np.cumsum((shape + 1).prod(1))])
+    vertex = np.empty(offset[-1], np.int64)
+    width = shape[quad_block, 0]
+    place = offset[quad_block] + row * (width + 1) + column
+    vertex[place], vertex[place + 1] = mesh.tail[base], mesh.head[base]
+    across = opposite_side(base)
+    vertex[place + width + 1], vertex[place + width + 2] = mesh.head[across], mesh.tail[across]
+    return _with_edges(mesh, chains, quad_block, shape, offset, vertex, base, column, row)
+
+
+def _with_edges(mesh, chains, quad_block, shape, offset, vertex, base, column, row) -> Blocks:
+    """Corners and block edges, read off the quads in the corners of the blocks."""
+    m, n = shape.T
+    first, last = offset[:-1], offset[1:] - 1
+    corner = vertex[np.stack([first, first + m, last, last - m], 1)]
+    block_edge = np.empty((len(shape), 4), np.int64)
+    at_left, at_right = column == 0, column == m[quad_block] - 1
+    at_bottom, at_top = row == 0, row == n[quad_block] - 1
+    for k, (mask, halfedge) in enumerate((
+        (at_left & at_bottom, base),
+        (at_right & at_bottom, next_side(base)),
+        (at_right & at_top, opposite_side(base)),
+        (at_left & at_top, previous_side(base)),
+    )):
+        block_edge[quad_block[mask], k] = chains.chain[mesh.edge[halfedge[mask]]]
+    on_boundary = np.zeros(len(chains.offset) - 1, bool)
+    on_boundary[chains.chain[mesh.edge[mesh.boundary]]] = True
+    return Blocks(
+        quad_block, shape, offset, vertex, corner, chains.offset, chains.vertex, block_edge,
+        on_boundary,
+    )

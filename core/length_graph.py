@@ -3,9 +3,9 @@
 Each cell asks twice that opposite sides agree (side 0 = side 2, side 1 = side 3). Take every such
 balance as a vertex and every arc as an edge between the balances that it enters, with +1 from
 sides 0 and 1 and -1 from sides 2 and 3: a bidirected flow. Here it is unfolded into an ordinary
-directed graph, whose *states* are ``2 * balance + (one too much)``; an edge changes one arc by +1 or
--1, mends the state that it leaves and disturbs the one that it enters. A closed walk, or a walk from
-the outside to the outside through boundary arcs, keeps all balances. (method section 8)
+directed graph, whose *states* are ``2 * balance + (one too much)``; an edge changes one arc by +1
+or -1, mends the state that it leaves and disturbs the one that it enters. A closed walk, or a walk
+from the outside to the outside through boundary arcs, keeps all balances. (method section 8)
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ COUNT_TOLERANCE = 0.03
 
 @dataclass
 class _Search:
-    """A feasible solution on its way to the optimum. Lengths below `lower` cost `penalty` a unit."""
+    """A balanced solution being improved; lengths below `lower` cost `penalty` a unit."""
 
     graph: LengthGraph
     target: np.ndarray

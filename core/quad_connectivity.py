@@ -1,7 +1,7 @@
 """Halfedges, edges and straight mesh lines of a quad mesh.
 
-Halfedge ``h = 4 * q + c`` runs from corner ``c`` to corner ``(c + 1) % 4`` of quad ``q``, which lies
-on its left.
+Halfedge ``h = 4 * q + c`` runs from corner ``c`` to corner ``(c + 1) % 4`` of quad ``q``, which
+lies on its left.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def build_quads(complex: CellComplex, length) -> QuadLayout:
     grid_offset, grid_raw, count = _grid_vertices(shape, side_offset, side_raw, count)
     joined = _joined_vertices(complex, length, shape, side_offset, side_raw)
     vertex = connected_components(count, *joined)
-    quad, quad_cell = _grid_quads(shape, grid_offset, vertex[grid_raw])
+    quad, quad_cell = grid_quads(shape, grid_offset, vertex[grid_raw])
     vertex_count = int(vertex.max(initial=-1)) + 1
     fixed = np.isin(complex.node_kind, (NodeKind.CORNER, NodeKind.KINK))
     vertex_fixed = np.zeros(vertex_count, bool)
@@ -102,7 +102,9 @@ def verify_topology(
     mesh = connect_quads(layout.quad, layout.vertex_count)
     _refuse_pinched(mesh)
     found = (
-        layout.vertex_count - mesh.edge_count + len(mesh.quad), _loop_count(mesh), _part_count(mesh),
+        layout.vertex_count - mesh.edge_count + len(mesh.quad),
+        _loop_count(mesh),
+        _part_count(mesh),
     )
     wanted = (euler_characteristic, loop_count, component_count)
     if found != wanted:
@@ -159,6 +161,23 @@ def arcs_to_lengthen(complex: CellComplex, layout: QuadLayout, edge) -> np.ndarr
     return chosen
 
 
+def grid_quads(shape, grid_offset, grid_vertex):
+    """Quads of many grids, row by row, corner 0 nearest to the start of the grid.
+
+    shape        (C, 2) int64, quads along and across the rows
+    grid_offset  (C + 1,) int64
+    grid_vertex  int64, grid c is grid_vertex[grid_offset[c]:grid_offset[c + 1]], row by row
+
+    Returns ((Q, 4) int64, (Q,) int64 number of the grid).
+    """
+    m = shape[:, 0]
+    cell, place = _ranges(shape.prod(1))
+    width = np.maximum(m, 1)[cell]
+    corner = grid_offset[cell] + place % width + (place // width) * (m[cell] + 1)
+    above = corner + m[cell] + 1
+    return grid_vertex[np.stack([corner, corner + 1, above + 1, above], 1)], cell
+
+
 def _arc_vertices(complex, length):
     """Offsets and vertices of the arcs: nodes are 0 .. N - 1, then inner vertices arc after arc."""
     offset = np.concatenate([[0], np.cumsum(length + 1)])
@@ -173,7 +192,7 @@ def _arc_vertices(complex, length):
 
 
 def _side_vertices(complex, length, sides, arc_offset, arc_vertex):
-    """Offsets (4 C + 1) and vertices of all cell sides, counter-clockwise, both corners included."""
+    """Offsets (4 C + 1) and vertices of all cell sides, counter-clockwise, corner to corner."""
     halfarc = complex.side_halfarc
     arc, backwards = halfarc // 2, halfarc % 2
     offset = np.concatenate([[0], np.cumsum(sides.ravel() + 1)])
@@ -220,16 +239,6 @@ def _joined_vertices(complex, length, shape, side_offset, side_vertex):
         first.append(side_vertex[start[cell, 1 - direction] + step])
         second.append(side_vertex[end[cell, 3 - direction] - step])
     return np.concatenate(first), np.concatenate(second)
-
-
-def _grid_quads(shape, grid_offset, grid_vertex):
-    """Quads row by row, corner 0 nearest to corner 0 of the cell, and their cells."""
-    m = shape[:, 0]
-    cell, place = _ranges(shape.prod(1))
-    width = np.maximum(m, 1)[cell]
-    corner = grid_offset[cell] + place % width + (place // width) * (m[cell] + 1)
-    above = corner + m[cell] + 1
-    return grid_vertex[np.stack([corner, corner + 1, above + 1, above], 1)], cell
 
 
 def _ranges(counts):

@@ -59,7 +59,7 @@ def _loops(arc_node, on_boundary):
 
 
 def from_rectangles(rectangles, period=None):
-    """Cells that are rectangles (x0, y0, x1, y1) with integer corners; T-junctions where they meet so.
+    """Cells that are rectangles (x0, y0, x1, y1) with integer corners, T-junctions allowed.
 
     period  x is taken modulo this: a ring
     """
@@ -108,7 +108,8 @@ def random_rectangles(generator, cells, size=64):
     """A square split at random, again and again, by whole lines: many T-junctions."""
     rectangles = [(0, 0, size, size)]
     while len(rectangles) < cells:
-        a, b, c, d = rectangles.pop(int(np.argmax([(r[2] - r[0]) * (r[3] - r[1]) for r in rectangles])))
+        size = [(c - a) * (d - b) for a, b, c, d in rectangles]
+        a, b, c, d = rectangles.pop(int(np.argmax(size)))
         if c - a >= d - b:
             cut = int(generator.integers(a + (c - a) // 4 + 1, c - (c - a) // 4))
             rectangles += [(a, b, cut, d), (cut, b, c, d)]
@@ -161,9 +162,9 @@ def torus(columns, rows):
     ends, cells = {}, []
     for i in range(columns):
         for j in range(rows):
-            at = [(i + a) % columns + columns * ((j + b) % rows) for a, b in ((0, 0), (1, 0), (0, 1))]
-            ends[name("h", i, j)] = (at[0], at[1])
-            ends[name("v", i, j)] = (at[0], at[2])
+            here = i + columns * j
+            ends[name("h", i, j)] = (here, (i + 1) % columns + columns * j)
+            ends[name("v", i, j)] = (here, i + columns * ((j + 1) % rows))
             cells.append([
                 [name("h", i, j)], [name("v", i + 1, j)],
                 ["-" + name("h", i, j + 1)], ["-" + name("v", i, j)],
