@@ -25,8 +25,8 @@ from .surface import TriangleSurface
 
 # Stages: power of the energy, share of the wanted edge length in its targets, most rounds, and the
 # change of the score that makes another round pointless.
-_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 5, 2e-3))
-_UNTANGLING = (2, 0.5, 8, 0.0)  # where quads are still inverted at the end
+_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3), (12, 0.1, 4, 2e-3))
+_UNTANGLING_ROUNDS = 8  # more of a stage while quads are still inverted
 _ITERATIONS = 16
 _SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
 _MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
@@ -54,17 +54,19 @@ def smooth(
         return placement
     smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled)
     best, best_score = placement, smoother.score(placement)
-    for power, share, rounds, settled in (*_STAGES, _UNTANGLING):
-        if settled == 0.0 and best_score > 0:
-            break
-        score = smoother.score(placement)
-        for _ in range(rounds):
+    score = best_score
+    for power, share, rounds, settled in _STAGES:
+        for number in range(rounds + _UNTANGLING_ROUNDS):
+            if number >= rounds and score > 0:
+                break
             before, placement = score, smoother.round(placement, power, share)
             score = smoother.score(placement)
             if score > best_score:
                 best, best_score = placement, score
             if score > 0 and abs(score - before) <= settled:
                 break
+        if score <= 0:
+            break
     return best
 
 
