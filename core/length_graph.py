@@ -17,8 +17,8 @@ import numpy as np
 from .cells import CellComplex
 from .errors import LayoutError
 
-# Rounds of relaxation between two searches for closed walks.
-ROUNDS_PER_CHECK = 12
+# Rounds of relaxation between two looks for walks of negative cost.
+ROUNDS_PER_CHECK = 8
 
 
 @dataclass(frozen=True)
@@ -135,9 +135,9 @@ def cheap_walks(graph: LengthGraph, edge_cost: np.ndarray, tolerance: float = 1e
 
     edge_cost  (E,) float64, inf where the change is not allowed
 
-    Closed walks found on the way (disjoint in their states) are handed out as soon as there are
-    some; otherwise the relaxation runs to its end and the result is the cheapest walk to each
-    boundary arc, as far as it is negative. Nothing is returned only when nothing is negative.
+    Every few rounds the closed walks found so far (disjoint in their states) are handed out or,
+    when there is none, the walks from the outside to each boundary arc: many short walks are worth
+    more than the few cheapest ones. Nothing is returned only when nothing is negative.
     """
     finite = edge_cost[np.isfinite(edge_cost)]
     far = (graph.state_count + 1) * (1.0 + np.abs(finite).max(initial=0.0))
@@ -159,9 +159,13 @@ def cheap_walks(graph: LengthGraph, edge_cost: np.ndarray, tolerance: float = 1e
         through[graph.edge_to[chosen]] = chosen
         distance[state[better]] = best[better]
         if count % ROUNDS_PER_CHECK == 0:
-            walks = _closed_walks(graph, through, edge_cost)
+            walks = _negative_walks(graph, through, edge_cost, distance, tolerance)
             if len(walks):
                 return walks
+    return _negative_walks(graph, through, edge_cost, distance, tolerance)
+
+
+def _negative_walks(graph, through, edge_cost, distance, tolerance) -> Walks:
     closed = _closed_walks(graph, through, edge_cost)
     return closed if len(closed) else _outer_walks(graph, through, edge_cost, distance, tolerance)
 

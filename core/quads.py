@@ -98,6 +98,7 @@ def verify_topology(
     """
     if not len(layout.quad):
         raise LayoutError("The layout has room for no quad at all; ask for more quads.")
+    _refuse_sharp_singularities(complex)
     _refuse_merged(layout, complex)
     mesh = connect_quads(layout.quad, layout.vertex_count)
     _refuse_pinched(mesh)
@@ -247,6 +248,16 @@ def _ranges(counts):
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
+def _refuse_sharp_singularities(complex):
+    """Two quads round an inner vertex would share two edges, however small they are."""
+    sharp = np.flatnonzero(~complex.node_on_boundary & (complex.node_valence < 3))
+    if len(sharp):
+        raise LayoutError(
+            f"Only {complex.node_valence[sharp[0]]} quads would meet at {len(sharp)} singularities "
+            "(the surface is too pointed there); use another relaxation or a finer mesh."
+        )
+
+
 def _refuse_merged(layout, complex):
     """Nodes that must stay apart have vertices of their own; no vertex lies on two loops."""
     kinds = (NodeKind.SINGULARITY, NodeKind.CORNER, NodeKind.KINK)
@@ -317,7 +328,6 @@ def _verify_valences(mesh: QuadConnectivity, layout, complex):
     expected[layout.node_vertex[node]] = complex.node_valence[node]
     wrong = mesh.face_count != expected
     wrong[layout.node_vertex[node]] |= mesh.on_boundary[layout.node_vertex[node]] != wall[node]
-    wrong |= ~mesh.on_boundary & (mesh.face_count < 3)
     if wrong.any():
         raise LayoutError(
             f"{int(wrong.sum())} vertices would have another number of quads than the cross-field "

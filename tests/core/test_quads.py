@@ -100,6 +100,13 @@ def test_wrong_expectations_are_refused():
         verify_topology(layout, complex, 1, 1, 1)
 
 
+def test_singularities_of_valence_two_are_refused():
+    complex = disc()
+    complex.node_valence[1] = 2
+    with pytest.raises(LayoutError, match="too pointed"):
+        verify_lengths(complex, np.full(12, 2), 1, 1, 1)
+
+
 def test_unbalanced_lengths_are_refused():
     complex = lshape()
     length = np.ones(complex.arc_count, np.int64)
