@@ -1,0 +1,156 @@
+"""decompose(): the stages in order, from any polygons to blocks and quads, with progress and cancel.
+
+Arrays in, arrays out: nothing here knows Blender, and nothing is written anywhere.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from time import process_time
+
+import numpy as np
+
+from .blocks import find_blocks, verify_blocks
+from .cleaning import CleanMesh, clean
+from .constraints import boundary_constraints
+from .cross_field import CrossField, build_cross_field
+from .decomposition import Decomposition
+from .distance import arrival_distance
+from .errors import Cancelled, LayoutError
+from .filling import fill_cells
+from .layout import trace_layout
+from .propagation import propagate
+from .refinement import split_boundary_chords
+from .relaxation import relax
+from .settings import Settings
+from .singularities import find_singularities
+from .surface import build_surface
+
+# Share of the whole work after which each stage ends, for the progress bar.
+STAGE_ENDS = {
+    "surface": 0.05, "distance": 0.15, "propagation": 0.2, "relaxation": 0.35, "lines": 0.5,
+    "quads": 0.95, "blocks": 1.0,
+}
+
+
+class Run:
+    """The clock, progress and cancel of one run."""
+
+    def __init__(self, progress=None, cancelled=None):
+        self.seconds: dict[str, float] = {}
+        self._progress = progress or (lambda fraction, stage: None)
+        self.cancelled = cancelled or (lambda: False)
+        self._done = 0.0
+
+    @contextmanager
+    def stage(self, name: str):
+        """Time a stage in CPU seconds; raises Cancelled before and after it when asked to stop."""
+        self._stop_if_cancelled()
+        self._progress(self._done, name)
+        start = process_time()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start
+        self._done = STAGE_ENDS[name]
+        self._stop_if_cancelled()
+        self._progress(self._done, name)
+
+    def _stop_if_cancelled(self):
+        if self.cancelled():
+            raise Cancelled("The decomposition was cancelled; nothing has been changed.")
+
+
+def decompose(points, polygons, settings: Settings = Settings(), progress=None, cancelled=None):
+    """Decompose a surface into four-sided blocks and fill them with quads.
+
+    points     (V, 3) float
+    polygons   (N, 3) or (N, 4) int, or a list of lists of vertex numbers
+    settings   Settings
+    progress   function (fraction from 0 to 1, name of the stage)
+    cancelled  function () -> bool, asked between and within stages
+
+    Returns a Decomposition. Raises InputError (the mesh cannot be used), LayoutError (no valid
+    layout was found), Cancelled; all with one sentence for the user.
+    """
+    run = Run(progress, cancelled)
+    with run.stage("surface"):
+        mesh = clean(points, polygons)
+        surface, constraints, face_origin = _prepare(mesh, settings)
+    arrival, angle = _propagate(run, surface, constraints)
+    relaxation = settings.relaxation
+    field = _relax(run, surface, constraints, angle, relaxation)
+    layout, notes = None, []
+    if settings.stop_after != "field":
+        field, layout, notes = _trace(run, surface, constraints, angle, field, settings)
+    filling = blocks = None
+    if settings.stop_after == "quads":
+        with run.stage("quads"):
+            filling = fill_cells(surface, layout, settings, run.cancelled)
+        with run.stage("blocks"):
+            quads = filling.quads.quads
+            blocks = find_blocks(quads, len(filling.quads.points), filling.source)
+            verify_blocks(blocks, quads)
+    return _collect(
+        run, settings, mesh, len(polygons), surface, face_origin, constraints, arrival, field,
+        layout, filling, blocks, mesh.warnings + notes,
+    )
+
+
+def _prepare(mesh: CleanMesh, settings: Settings):
+    """The working surface: no edge may join two boundary vertices through the inside."""
+    surface, origin = split_boundary_chords(build_surface(mesh.points, mesh.triangles))
+    constraints = boundary_constraints(surface, settings.kink_angle)
+    return surface, constraints, mesh.face_origin[origin]
+
+
+def _propagate(run: Run, surface, constraints):
+    with run.stage("distance"):
+        arrival = arrival_distance(surface, constraints.fixed)
+    with run.stage("propagation"):
+        angle = propagate(surface, constraints, arrival)
+    return arrival, angle
+
+
+def _relax(run: Run, surface, constraints, angle, mode) -> CrossField:
+    with run.stage("relaxation"):
+        angle = relax(surface, constraints, angle, mode, run.cancelled)
+        return build_cross_field(surface, angle, constraints)
+
+
+def _trace(run: Run, surface, constraints, angle, field, settings):
+    """The layout of the field, or of another relaxation of it where its lines cannot be laid."""
+    limits = None
+    if settings.lines == "full":
+        limits = (settings.line_distance * surface.diagonal, settings.line_turn)
+    others = [mode for mode in ("diffused", "harmonic", "none") if mode != settings.relaxation]
+    notes = []
+    for mode in [settings.relaxation, *others]:
+        if notes:
+            field = _relax(run, surface, constraints, angle, mode)
+        try:
+            with run.stage("lines"):
+                layout = trace_layout(surface, constraints, field, limits, run.cancelled)
+            return field, layout, notes
+        except LayoutError as error:
+            notes.append(f"The {mode} field gave no layout, another one was used: {error}")
+            failure = error
+    raise failure
+
+
+def _collect(
+    run, settings, mesh, polygon_count, surface, face_origin, constraints, arrival, field, layout,
+    filling, blocks, warnings,
+) -> Decomposition:
+    singularities = find_singularities(surface, field, constraints)
+    polygon_index = np.zeros(polygon_count, np.int64)
+    np.add.at(polygon_index, face_origin[singularities.face], singularities.k)
+    polygon_block = np.full(polygon_count, -1, np.int64)
+    if blocks is not None:
+        # Of a polygon's triangles the last one that a quad covers speaks for it.
+        known = filling.face_quad >= 0
+        polygon_block[face_origin[known]] = blocks.quad_block[filling.face_quad[known]]
+    run.seconds["total"] = sum(run.seconds.values())
+    return Decomposition(
+        settings, mesh, surface, face_origin, arrival.distance, field.direction(surface), field,
+        singularities, layout.complex if layout else None, filling.quads if filling else None,
+        blocks, polygon_index, polygon_block, run.seconds, warnings,
+    )
