@@ -134,19 +134,23 @@ def _demand(condition, cause):
 
 def _verify_sides(blocks, edge_start):
     """The border of every grid is made of its edges; each edge has its one or two sides."""
-    forward = np.zeros((blocks.count, 4), bool)
-    for number in range(blocks.count):
-        m, n = blocks.shape[number]
-        begin, end = blocks.grid_offset[number : number + 2]
-        grid = blocks.grid_vertex[begin:end].reshape(n + 1, m + 1)
-        for k, side in enumerate((grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])):
-            edge = blocks.block_edge[number, k]
-            chain = blocks.edge_vertex[blocks.edge_offset[edge] : blocks.edge_offset[edge + 1]]
-            forward[number, k] = side[0] == chain[0]
-            same = np.array_equal(side, chain if forward[number, k] else chain[::-1])
-            _demand(same and side[0] == blocks.corner[number, k], "a side is not its block edge")
+    (m, n), first, last = blocks.shape.T, blocks.grid_offset[:-1], blocks.grid_offset[1:] - 1
+    start = np.stack([first, first + m, last, last - m], 1).ravel()
+    stride = np.stack([0 * m + 1, m + 1, 0 * m - 1, -m - 1], 1).ravel()
+    size = np.stack([m, n, m, n], 1).ravel() + 1
+    edge = blocks.block_edge.ravel()
+    same_size = np.array_equal(size, np.diff(blocks.edge_offset)[edge])
+    same_start = np.array_equal(blocks.grid_vertex[start], blocks.corner.ravel())
+    _demand(same_size and same_start, "a side is not its block edge")
+    forward = blocks.grid_vertex[start] == edge_start[edge]
+    side = np.repeat(np.arange(len(size)), size)
+    step = np.arange(len(side)) - np.repeat(np.cumsum(size) - size, size)
+    along = np.where(forward[side], step, size[side] - 1 - step)
+    chain = blocks.edge_vertex[blocks.edge_offset[edge[side]] + along]
+    border = blocks.grid_vertex[start[side] + step * stride[side]]
+    _demand(np.array_equal(chain, border), "a side is not its block edge")
     used = np.zeros((2, len(edge_start)), np.int64)
-    np.add.at(used, (forward.ravel().astype(int), blocks.block_edge.ravel()), 1)
+    np.add.at(used, (forward.astype(int), edge), 1)
     sides = np.where(blocks.edge_on_boundary, 1, 2)
     _demand(
         (used <= 1).all() and np.array_equal(used.sum(0), sides),
