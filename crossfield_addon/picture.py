@@ -18,8 +18,6 @@ LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singulari
 _PAPER = (1.0, 1.0, 1.0)
 _SURFACE = (0.80, 0.82, 0.85, 1.0)
 _CROSS = (0.10, 0.28, 0.42, 1.0)
-_NEAR, _FAR = (0.93, 0.95, 0.97, 1.0), (0.13, 0.33, 0.55, 1.0)
-_BANDS = 16
 _WIRE = (0.20, 0.22, 0.26, 1.0)
 
 
@@ -29,8 +27,11 @@ def render_picture(
     layers=("quads", "blocks", "singularities"),
     pixels=1600,
     window=None,
+    weight=1.0,
 ) -> None:
     """Write a PNG of some of `LAYERS`, the longer side of the picture having `pixels`.
+
+    weight scales the thickness of lines, crosses and balls.
 
     The camera looks along the mean normal of the surface, without perspective. window is None for
     the whole surface, or (low, high), two corners (2,) in the picture's plane, in lengths to the
@@ -42,7 +43,7 @@ def render_picture(
         view = _view_axes(decomposition.surface)
         low, high = window or _extent(decomposition.surface, view)
         size = np.subtract(high, low)
-        objects = _layer_objects(decomposition, layers, size.max() / 1600)
+        objects = _layer_objects(decomposition, layers, weight * size.max() / 1600)
         objects.append(_camera(decomposition.surface, view, np.add(low, high) / 2, size))
         for shown in objects:
             scene.collection.objects.link(shown)
@@ -80,8 +81,12 @@ def _is_flat(surface):
 def _layer_objects(decomposition, layers, pixel):
     """The objects of the wanted layers; `pixel` is the length of one pixel at 1600 pixels."""
     objects = []
-    if "surface" in layers or "distance" in layers:
-        objects += _surface_objects(decomposition, "distance" in layers, pixel)
+    if "surface" in layers:
+        objects += _surface_objects(decomposition.surface, pixel)
+    if "distance" in layers:
+        lines = contours(decomposition.surface, decomposition.distance)
+        curve = results.curve_object("distance", lines, 1.2 * pixel, "distance")
+        objects.append(_painted(curve, _CROSS))
     if "field" in layers:
         crosses = cross_segments(decomposition, 26 * pixel)
         curve = results.curve_object("field", crosses, 1.0 * pixel, "field")
@@ -101,23 +106,34 @@ def _layer_objects(decomposition, layers, pixel):
     return objects
 
 
-def _surface_objects(decomposition, with_distance, pixel):
-    """The working surface and its boundary; in bands of arrival distance where wanted."""
-    surface = decomposition.surface
+def _surface_objects(surface, pixel):
+    """The working surface and its boundary."""
     mesh = bpy.data.meshes.new("surface")
     mesh.from_pydata(surface.points.tolist(), [], surface.triangles.tolist())
     mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
-    shown = _painted(mesh, _SURFACE)
-    if with_distance:
-        far = decomposition.distance[surface.triangles].mean(1)
-        band = np.floor(_BANDS * far / max(far.max(), 1e-300)).clip(0, _BANDS - 1)
-        mesh.materials.clear()
-        for share in np.linspace(0, 1, _BANDS):
-            colour = (1 - share) * np.array(_NEAR) + share * np.array(_FAR)
-            mesh.materials.append(_paint(colour))
-        mesh.polygons.foreach_set("material_index", band.astype(np.int32))
     rim = results.curve_object("rim", _rim(surface), 1.6 * pixel, "rim")
-    return [shown, _painted(rim, palette.LINE)]
+    return [_painted(mesh, _SURFACE), _painted(rim, palette.LINE)]
+
+
+def contours(surface, values, count=24) -> list:
+    """Segments, as (2, 3) arrays of points, where values per vertex pass `count` even levels."""
+    top = values.max() * (1 + 1e-9) + 1e-300
+    level = count * values[surface.triangles] / top
+    segments = []
+    for wanted in np.arange(0.5, count):
+        above = level > wanted
+        mixed = np.flatnonzero(above.any(1) & ~above.all(1))
+        alone = np.where(above[mixed].sum(1) == 1, above[mixed].argmax(1), above[mixed].argmin(1))
+        corner = surface.points[surface.triangles[mixed]]
+        row = np.arange(len(mixed))
+        ends = []
+        for step in (1, 2):
+            other = (alone + step) % 3
+            near, far = level[mixed][row, alone], level[mixed][row, other]
+            share = ((wanted - near) / (far - near))[:, None]
+            ends.append(corner[row, alone] * (1 - share) + corner[row, other] * share)
+        segments += list(np.stack(ends, axis=1))
+    return segments
 
 
 def _quad_objects(decomposition, pixel):

@@ -17,13 +17,13 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "docs" / "pictures"
 STEPS = {
-    "distance": ("distance",),
+    "distance": ("surface", "distance"),
     "field": ("surface", "field", "singularities"),
     "cells": ("surface", "lines", "singularities"),
     "blocks": ("quads", "blocks", "singularities"),
 }
-WINDOWS = {"plate": None, "aerofoil": ((-0.62, -0.62), (1.5, 0.52)), "octant": None}
-COUNTS = {"plate": 3000, "aerofoil": 5000, "octant": 600}
+COUNTS = {"plate": 2500, "aerofoil": 5000, "octant": 600}
+SHOWN = {"octant": ("field", "blocks")}
 
 
 def load(name):
@@ -53,37 +53,35 @@ def save(path, pixels):
     bpy.data.images.remove(image)
 
 
-def side_by_side(panels, gap=24):
-    """Panels of one height in a row, on white."""
-    blank = np.ones((panels[0].shape[0], gap, 4), np.float32)
-    row = [part for panel in panels for part in (panel, blank)]
-    return np.concatenate(row[:-1], axis=1)
+def tiled(panels, gap=20):
+    """Panels of one size on white, two in a row, the first one above on the left."""
+    height, width, _ = panels[0].shape
+    rows = (len(panels) + 1) // 2
+    sheet = np.ones((rows * (height + gap) - gap, 2 * width + gap, 4), np.float32)
+    for number, panel in enumerate(panels):
+        low = (rows - 1 - number // 2) * (height + gap)
+        left = (number % 2) * (width + gap)
+        sheet[low : low + height, left : left + width] = panel
+    return sheet
 
 
 def main():
-    """Decompose each example once and write its pictures."""
+    """Decompose each example once and write its picture: field, singularities, cells, blocks."""
     picture = load("crossfield_addon.picture")
     pipeline, settings = load("core.pipeline"), load("core.settings")
     mesh_files = load("core.mesh_files")
     PICTURES.mkdir(exist_ok=True)
-    for name, window in WINDOWS.items():
+    for name, count in COUNTS.items():
         points, polygons = mesh_files.read_mesh(ROOT / "examples" / f"{name}.obj")
-        wanted = settings.Settings(quad_count=COUNTS[name])
-        decomposition = pipeline.decompose(points, polygons, wanted)
-        print(f"{name}: {decomposition.sentence()}")
-        panels = {}
+        result = pipeline.decompose(points, polygons, settings.Settings(quad_count=count))
+        print(f"{name}: {result.sentence()}")
+        panels = []
         with tempfile.TemporaryDirectory() as folder:
-            for step, layers in STEPS.items():
+            for step in SHOWN.get(name, STEPS):
                 path = Path(folder) / f"{step}.png"
-                picture.render_picture(path, decomposition, layers, pixels=1100, window=window)
-                panels[step] = pixels_of(path)
-        if name == "octant":
-            save(PICTURES / "octant.png", side_by_side([panels["field"], panels["blocks"]]))
-            continue
-        for step, pixels in panels.items():
-            save(PICTURES / f"{name}-{step}.png", pixels)
-        shown = [panels[step] for step in ("field", "cells", "blocks")]
-        save(PICTURES / f"{name}.png", side_by_side(shown))
+                picture.render_picture(path, result, STEPS[step], pixels=900, weight=1.6)
+                panels.append(pixels_of(path))
+        save(PICTURES / f"{name}.png", tiled(panels))
 
 
 if __name__ == "__main__":

@@ -151,16 +151,16 @@ def aerofoil():
     walls = cKDTree(np.concatenate(elements))
 
     def size(points):
-        return np.clip(0.009 + 0.15 * walls.query(points)[0], 0.009, 0.09)
+        return np.clip(0.009 + 0.15 * walls.query(points)[0], 0.009, 0.06)
 
     front = np.linspace(np.pi / 2, 3 * np.pi / 2, 600)
-    bow = np.column_stack([0.4 + 1.3 * np.cos(front), 1.3 * np.sin(front)])
-    corners = np.array([[0.4, -1.3], [2.1, -1.3], [2.1, 1.3], [0.4, 1.3]])
+    bow = np.column_stack([0.4 + 0.9 * np.cos(front), 0.9 * np.sin(front)])
+    corners = np.array([[0.4, -0.9], [1.7, -0.9], [1.7, 0.9], [0.4, 0.9]])
     outline = [bow, *straight(corners)[:3]]
     pieces = [outline]
     pieces += [[element] for element in elements]
     loops = [np.concatenate([divide(p, size) for p in loop]) for loop in pieces]
-    return mesh_domain(loops, size, 0.09)
+    return mesh_domain(loops, size, 0.06)
 
 
 def octant(count=40):
