@@ -21,7 +21,14 @@ from functools import cached_property
 import numpy as np
 
 from .cross_field import CrossField
-from .surface import TriangleSurface, match_twins, next_halfedge, previous_halfedge
+from .singularities import incenters
+from .surface import (
+    TriangleSurface,
+    corner_angles,
+    match_twins,
+    next_halfedge,
+    previous_halfedge,
+)
 
 QUARTER = np.pi / 2
 
@@ -96,7 +103,8 @@ def build_line_field(surface: TriangleSurface, field: CrossField, faces) -> Line
     triangle, origin_face, spoke_angle = split
     count = surface.face_count
     center = np.arange(surface.vertex_count, surface.vertex_count + len(faces))
-    point = np.concatenate([surface.points, _incenters(surface, faces)])
+    # The incentre sees every side under more than a right angle: ports never crowd together.
+    point = np.concatenate([surface.points, incenters(surface, faces)])
     tail, head = triangle.ravel(), np.roll(triangle, -1, axis=1).ravel()
     twin = match_twins(tail, head, len(point))
     relative = np.empty(len(tail))
@@ -114,7 +122,7 @@ def build_line_field(surface: TriangleSurface, field: CrossField, faces) -> Line
     inward_at_tail = plain[outer] - spoke_angle * surface.angle_scale[surface.tail[outer]]
     relative[outward] = inward_at_tail - np.pi
     relative[twin[outward]] = inward_at_tail
-    corner_angle = _planar_angles(point, triangle)
+    corner_angle = corner_angles(point, triangle)
     scale = np.ones(len(point))
     scale[: surface.vertex_count] = surface.angle_scale
     scaled_angle = corner_angle * scale[tail]
@@ -145,26 +153,6 @@ def _split_faces(surface, faces):
     # The spoke to the incentre halves the corner.
     spoke_angle = 0.5 * surface.corner_angle[(3 * faces[:, None] + np.arange(3)).ravel()]
     return triangle, origin, spoke_angle
-
-
-def _incenters(surface, faces):
-    """The incentre sees every side under more than a right angle: ports never crowd together."""
-    corner = surface.points[surface.triangles[faces]]
-    opposite = surface.edge_length[_opposite_halfedges(faces)]
-    weight = opposite / opposite.sum(1, keepdims=True)
-    return (corner * weight[:, :, None]).sum(1)
-
-
-def _opposite_halfedges(faces):
-    """(S, 3) halfedges opposite corners 0, 1, 2 of the given triangles."""
-    return 3 * np.asarray(faces)[:, None] + np.array([1, 2, 0])
-
-
-def _planar_angles(point, triangle):
-    a, b, c = (point[triangle[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    dots = [((q - p) * (r - p)).sum(1) for p, q, r in ((a, b, c), (b, c, a), (c, a, b))]
-    return np.stack([np.arctan2(area, dot) for dot in dots], axis=1).ravel()
 
 
 def _next_branches(relative, rotation, scaled_angle):

@@ -50,12 +50,13 @@ def find_singularities(
     blocks = constraints.block_count[surface.on_boundary]
     index_sum = int(field.index.sum()) + int((2 - blocks).sum())
     return Singularities(
-        face, field.index[face], _incenters(surface, face),
+        face, field.index[face], incenters(surface, face),
         index_sum, 4 * surface.euler_characteristic,
     )
 
 
-def _incenters(surface, face):
+def incenters(surface: TriangleSurface, face) -> np.ndarray:
+    """(n, 3) float64, centres of the inscribed circles of the given triangles."""
     # The edge opposite corner 0 is the second halfedge, and so on round.
     weight = np.roll(surface.edge_length.reshape(-1, 3)[face], -1, axis=1)
     weight = weight / weight.sum(1, keepdims=True)

@@ -166,7 +166,7 @@ def build_surface(points, triangles) -> TriangleSurface:
     head = np.roll(triangles, -1, axis=1).ravel()
     twin = match_twins(tail, head, len(points))
     edge_length = np.linalg.norm(points[head] - points[tail], axis=1)
-    corner_angle = _corner_angles(points, triangles)
+    corner_angle = corner_angles(points, triangles)
     angle_sum = np.bincount(tail, corner_angle, len(points))
     fan, fan_offset, first_is_boundary = _vertex_fans(tail, twin, len(points))
     angle_scale = np.where(first_is_boundary, 1.0, 2 * np.pi / np.maximum(angle_sum, 1e-300))
@@ -224,8 +224,8 @@ def connected_components(count, first, second) -> np.ndarray:
     return np.unique(parent, return_inverse=True)[1].ravel()
 
 
-def _corner_angles(points, triangles):
-    """Angles by atan2, exact to rounding for needles as well as for right angles."""
+def corner_angles(points, triangles) -> np.ndarray:
+    """(3F,) float64, angle at the tail of each halfedge, exact to rounding for needles too."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     doubled_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     dots = [((q - p) * (r - p)).sum(1) for p, q, r in ((a, b, c), (b, c, a), (c, a, b))]
