@@ -44,6 +44,14 @@ def boundary_constraints(surface: TriangleSurface, kink_angle: float) -> Constra
     """
     theta, fixed = surface.angle_sum, surface.on_boundary
     block_count = np.where(fixed, np.maximum(1, np.rint(2 * theta / np.pi)), 0).astype(np.int64)
-    angle = np.where(fixed, 0.5 * theta + 0.25 * np.pi * (block_count % 2), 0.0)
+    angle = np.where(fixed, cross_angle(theta, block_count), 0.0)
     kink = (block_count == 2) & (np.abs(theta - np.pi) > kink_angle)
     return Constraints(fixed, angle, block_count, kink)
+
+
+def cross_angle(theta, block_count):
+    """The corner rule: (n,) float64, angle of the cross from the boundary edge that leaves.
+
+    theta (n,) float64, surface angle in radians; block_count (n,) int64
+    """
+    return 0.5 * theta + 0.25 * np.pi * (block_count % 2)

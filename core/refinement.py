@@ -17,24 +17,32 @@ def split_boundary_chords(surface: TriangleSurface) -> tuple[TriangleSurface, np
     Returns the refined surface, whose first vertices are those of the given one, and
     (F',) int64, the given triangle that each of its triangles is a piece of, in ascending order.
     """
-    middle = _middle_vertices(surface)
+    edge = surface.edges
+    inside = surface.twin[edge] >= 0
+    joins = surface.on_boundary[surface.tail[edge]] & surface.on_boundary[surface.head[edge]]
+    return split_edges(surface, edge[inside & joins])
+
+
+def split_edges(surface: TriangleSurface, edge) -> tuple[TriangleSurface, np.ndarray]:
+    """Cut the given interior edges at their middles.
+
+    edge  (n,) int64, one halfedge of each; its middle becomes vertex V, V + 1, ... in this order
+
+    Returns what `split_boundary_chords` returns.
+    """
+    middle = _middle_vertices(surface, edge)
     split = (middle >= 0).reshape(-1, 3)
     if not split.any():
         return surface, np.arange(surface.face_count)
-    first = surface.edges[middle[surface.edges] >= 0]
-    added = 0.5 * (surface.points[surface.tail[first]] + surface.points[surface.head[first]])
+    added = 0.5 * (surface.points[surface.tail[edge]] + surface.points[surface.head[edge]])
     points = np.concatenate([surface.points, added])
     pieces, origin = _pieces(points, surface.triangles, middle.reshape(-1, 3), split)
     order = np.argsort(origin, kind="stable")
     return build_surface(points, pieces[order]), origin[order]
 
 
-def _middle_vertices(surface):
+def _middle_vertices(surface, cut):
     """(3F,) int64, number of the vertex in the middle of each halfedge that is to be cut, or -1."""
-    edge = surface.edges
-    inside = surface.twin[edge] >= 0
-    joins = surface.on_boundary[surface.tail[edge]] & surface.on_boundary[surface.head[edge]]
-    cut = edge[inside & joins]
     middle = np.full(len(surface.twin), -1, np.int64)
     middle[cut] = surface.vertex_count + np.arange(len(cut))
     middle[surface.twin[cut]] = middle[cut]
