@@ -89,6 +89,7 @@ def decompose(points, polygons, settings: Settings = Settings(), progress=None, 
             quads = filling.quads.quads
             blocks = find_blocks(quads, len(filling.quads.points), filling.source)
             verify_blocks(blocks, quads)
+        notes = notes + _count_notes(len(quads), blocks.count, settings)
     return _collect(
         run, settings, mesh, len(polygons), surface, face_origin, constraints, arrival, field,
         layout, filling, blocks, mesh.warnings + notes,
@@ -134,6 +135,16 @@ def _trace(run: Run, surface, constraints, angle, field, settings):
             notes.append(f"The {mode} field gave no layout, another one was used: {error}")
             failure = error
     raise failure
+
+
+def _count_notes(quad_count, block_count, settings):
+    """A sentence where the layout does not allow the wanted number of quads."""
+    if settings.edge_length is not None or abs(quad_count / settings.quad_count - 1) <= 0.15:
+        return []
+    return [
+        f"{quad_count:,} quads instead of {settings.quad_count:,}: with {block_count:,} blocks this "
+        "is the nearest number that keeps every block at least one quad wide."
+    ]
 
 
 def _collect(
