@@ -7,39 +7,18 @@ that no triangle turns over (Tutte's theorem). (method section 10)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from .boundary import BoundaryLoops, build_loops
+from .candidates import BOUNDARY, FIXED, PLAIN, SINGULAR, Candidates, choose
 from .cells import CellComplex, CellMesh, NodeKind
 from .linear import SparseMatrix, solve
 from .placement import Placement
-from .projection import closest_in_triangle, closest_point, expand_ranges, first_smallest
+from .projection import closest_in_triangle, expand_ranges, first_smallest
 from .quads import QuadLayout
 from .surface import TriangleSurface
 
 _WEIGHT_RANGE = (1e-3, 30.0)  # cut slivers give cotangents of any size
-_FIXED, _BOUNDARY, _SINGULAR, _PLAIN = range(4)
-
-
-@dataclass(frozen=True)
-class _Candidates:
-    """Places proposed for vertices; a vertex may have several.
-
-    vertex (n,) int64; point (n, 3) float64; face (n,) int64; loop (n,) int64 or -1;
-    loop_position (n,) float64; rank (n,) int64: the smallest rank of a vertex wins
-    """
-
-    vertex: np.ndarray
-    point: np.ndarray
-    face: np.ndarray
-    loop: np.ndarray
-    loop_position: np.ndarray
-    rank: np.ndarray
-
-    def select(self, index) -> _Candidates:
-        return _Candidates(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
 def place_vertices(
@@ -63,28 +42,27 @@ def place_vertices(
     loops = build_loops(surface)
     length = np.asarray(length, np.int64)
     sources = (
-        _node_candidates(complex, layout),
+        node_candidates(complex, layout),
         _arc_candidates(complex, layout, length, loops),
         _cell_candidates(complex, cell_mesh, layout, length, mapped),
     )
-    columns = zip(*([getattr(s, name) for name in s.__dataclass_fields__] for s in sources))
-    candidates = _Candidates(*(np.concatenate(column) for column in columns))
-    chosen = _choose(surface, loops, candidates)
+    chosen = choose(surface, loops, Candidates.join(*sources))
     return Placement(
         chosen.point, chosen.face, chosen.loop, chosen.loop_position, layout.vertex_fixed.copy()
     )
 
 
-def _node_candidates(complex, layout):
+def node_candidates(complex: CellComplex, layout: QuadLayout) -> Candidates:
+    """The nodes of the line graph as places of the vertices that they became."""
     loop = np.full(complex.node_count, -1)
     position = np.zeros(complex.node_count)
     along = np.flatnonzero(complex.arc_loop >= 0)
     loop[complex.arc_node[along, 0]] = complex.arc_loop[along]
     position[complex.arc_node[along, 0]] = complex.arc_loop_start[along]
     fixed = np.isin(complex.node_kind, (NodeKind.CORNER, NodeKind.KINK))
-    rank = np.where(complex.node_kind == NodeKind.SINGULARITY, _SINGULAR, _PLAIN)
-    rank = np.where(fixed, _FIXED, np.where(loop >= 0, _BOUNDARY, rank))
-    return _Candidates(
+    rank = np.where(complex.node_kind == NodeKind.SINGULARITY, SINGULAR, PLAIN)
+    rank = np.where(fixed, FIXED, np.where(loop >= 0, BOUNDARY, rank))
+    return Candidates(
         layout.node_vertex, complex.node_position, complex.node_face, loop, position, rank
     )
 
@@ -99,8 +77,8 @@ def _arc_candidates(complex, layout, length, loops: BoundaryLoops):
     along = np.flatnonzero(loop >= 0)
     position[along] = loops.wrap(loop[along], complex.arc_loop_start[arc[along]] + distance[along])
     point[along], face[along] = loops.point(loop[along], position[along])
-    rank = np.where(loop >= 0, _BOUNDARY, _PLAIN)
-    return _Candidates(vertex, point, face, loop, position, rank)
+    rank = np.where(loop >= 0, BOUNDARY, PLAIN)
+    return Candidates(vertex, point, face, loop, position, rank)
 
 
 def _point_on_arc(complex, arc, distance):
@@ -126,13 +104,13 @@ def _cell_candidates(complex, cell_mesh, layout, length, mapped):
     corner = cell_mesh.point[cell_mesh.triangle[found]]
     width = layout.cell_shape[cell, 0] + 1
     count = len(cell)
-    return _Candidates(
+    return Candidates(
         layout.grid_vertex[layout.grid_offset[cell] + row * width + column],
         (corner * weight[:, :, None]).sum(1),
         cell_mesh.triangle_face[found],
         np.full(count, -1),
         np.zeros(count),
-        np.full(count, _PLAIN),
+        np.full(count, PLAIN),
     )
 
 
@@ -280,45 +258,3 @@ def _nearest(place, live, cell_mesh, cell_shape, slot):
     weight, _, distance = closest_in_triangle(corner, goal)
     best = first_smallest(item, distance)
     return order[position[best]], weight[best]
-
-
-def _choose(surface, loops, candidates):
-    """One place for each vertex, in the order of the vertices."""
-    order = np.lexsort((candidates.rank, candidates.vertex))
-    candidates = candidates.select(order)
-    _, start, group = np.unique(candidates.vertex, return_index=True, return_inverse=True)
-    group = group.ravel()
-    best = candidates.rank == candidates.rank[start][group]
-    count = np.bincount(group, best)
-    result = candidates.select(start)
-    several = count[group] > 1
-    _merge_on_loops(loops, candidates, result, group, best & several)
-    inside = best & several & (candidates.rank >= _SINGULAR)
-    if inside.any():
-        merged = np.unique(group[inside])
-        total = np.stack(
-            [np.bincount(group[inside], candidates.point[inside, k], len(start)) for k in range(3)],
-            axis=1,
-        )
-        mean = total[merged] / count[merged, None]
-        result.point[merged], result.face[merged] = closest_point(surface, mean)
-    return result
-
-
-def _merge_on_loops(loops, candidates, result, group, chosen):
-    """Several places on one boundary loop become their mean by arc length, in place."""
-    chosen = np.flatnonzero(chosen & (candidates.rank == _BOUNDARY))
-    if not len(chosen):
-        return
-    owner = group[chosen]
-    loop = result.loop[owner]
-    half = 0.5 * loops.length[loop]
-    offset = candidates.loop_position[chosen] - result.loop_position[owner]
-    offset = loops.wrap(loop, offset + half) - half
-    merged = np.unique(owner)
-    mean = np.bincount(owner, offset, len(result.vertex)) / np.maximum(
-        np.bincount(owner, minlength=len(result.vertex)), 1
-    )
-    position = loops.wrap(result.loop[merged], result.loop_position[merged] + mean[merged])
-    result.loop_position[merged] = position
-    result.point[merged], result.face[merged] = loops.point(result.loop[merged], position)
