@@ -115,9 +115,12 @@ def _add_boundary(arc_graph, surface, constraints, graph):
         for point in (points[k] for k in nodes):
             if point in graph.meetings:
                 continue
-            kink = constraints.block_count[point] == 2
-            arc_graph.kind[point] = NodeKind.KINK if kink else NodeKind.CORNER
-            if kink:
+            # A point that only the lines across a cut have put there is flat on this side.
+            across = point in graph.across
+            kink = not across and constraints.block_count[point] == 2
+            kind = NodeKind.KINK if kink else NodeKind.CORNER
+            arc_graph.kind[point] = NodeKind.WALL if across else kind
+            if kink or across:
                 arc_graph.flat[point] = 0
         count = len(points)
         for begin, end in zip(nodes, nodes[1:] + [nodes[0] + count]):

@@ -8,6 +8,7 @@ import numpy as np
 
 from .decomposition import QuadMesh
 from .errors import LayoutError
+from .gluing import build_sheets, synchronise, verify_sheets
 from .layout import Layout
 from .lengths import scale_to_count, solve_lengths
 from .mapping import map_cells, place_vertices
@@ -46,11 +47,10 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
     Raises LayoutError where no valid quad mesh of about this size exists, Cancelled.
     """
     complex_ = layout.complex
-    length, quads = _verified_lengths(surface, complex_, settings, cancelled)
+    length, quads = _verified_lengths(surface, layout, settings, cancelled)
     mapped = map_cells(complex_, layout.cell_mesh, quads.cell_shape, length)
-    placement = place_vertices(surface, complex_, layout.cell_mesh, quads, length, mapped)
     edge_length = np.sqrt(surface.face_area.sum() / len(quads.quad))
-    placement = smooth(surface, placement, quads.quad, edge_length, cancelled)
+    placement = place_and_smooth(surface, layout, quads, length, mapped, edge_length, cancelled)
     valence = np.bincount(quads.quad.ravel(), minlength=quads.vertex_count)
     on_boundary = quads.vertex_loop >= 0
     mesh = QuadMesh(
@@ -62,13 +62,32 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
     return Filling(mesh, quads, placement, source, face_quad)
 
 
-def _verified_lengths(surface, complex_, settings, cancelled):
+def place_and_smooth(surface, layout: Layout, quads, length, mapped, edge_length, cancelled):
+    """The vertices of a QuadLayout on the surface, smoothed; on charts where it was cut."""
+    cells, gluing = layout.cell_mesh, layout.gluing
+    if gluing is None:
+        placement = place_vertices(surface, layout.complex, cells, quads, length, mapped)
+        return smooth(surface, placement, quads.quad, edge_length, cancelled)
+    sheets = build_sheets(gluing, quads, length)
+    placement = place_vertices(
+        surface, gluing.complex, cells, sheets.layout, length[gluing.arc], mapped
+    )
+    placement = synchronise(gluing.charts, placement, sheets.across)
+    placement = smooth(
+        surface, placement, sheets.layout.quad, edge_length, cancelled, sheets.across
+    )
+    return sheets.joined(placement)
+
+
+def _verified_lengths(surface, layout: Layout, settings, cancelled):
     """Lengths near the wanted size whose quads make the surface, and those quads."""
-    expected = surface.euler_characteristic, surface.loop_count, surface.component_count
+    complex_ = layout.complex
     lower = np.ones(complex_.arc_count, np.int64)
     for _ in range(MOST_LENGTHENINGS):
         length = _wanted_lengths(surface, complex_, settings, lower, cancelled)
-        quads, short = verify_lengths(complex_, length, *expected)
+        quads, short = verify_lengths(complex_, length, *layout.topology)
+        if layout.gluing is not None and not short.any():
+            short = verify_sheets(layout.gluing, length)
         if not short.any():
             return length, quads
         lower[short] = length[short] + 1

@@ -15,9 +15,11 @@ import numpy as np
 from .cell_complex import ArcGraph, assemble, build_arc_graph, orbit_sides, trace_cells
 from .cell_mesh import Pieces, build_cell_mesh, cut_pieces
 from .cells import CellComplex, CellMesh
+from .charts import Charts
 from .constraints import Constraints
 from .cross_field import CrossField
 from .errors import LayoutError
+from .gluing import Gluing, glue_cells
 from .line_field import build_line_field, corner_ports, inserted_ports
 from .streamlines import LineGraph, LineTrapped
 from .surface import TriangleSurface
@@ -34,12 +36,16 @@ class Layout:
     cell_mesh     CellMesh
     regular_faces triangles into which a regular point was put to stop a winding line
     ring_cuts     number of rings that had to be cut
+    topology      Euler characteristic, boundary loops and components of the whole surface
+    gluing        Gluing, how cells of charts make up the complex; None without feature edges
     """
 
     complex: CellComplex
     cell_mesh: CellMesh
     regular_faces: tuple
     ring_cuts: int
+    topology: tuple
+    gluing: Gluing | None = None
 
 
 def trace_layout(
@@ -48,11 +54,13 @@ def trace_layout(
     field: CrossField,
     crossing_limits=None,
     cancelled=None,
+    charts: Charts | None = None,
 ) -> Layout:
     """Trace the lines of a cross-field and build the cells.
 
     crossing_limits  None for the motorcycle graph; (length, turn) for full streamlines, object-space
                      length and radians after which a line ends at the next line it meets
+    charts           Charts, where the surface was cut along feature edges: cells are glued there
 
     Raises LayoutError when no four-sided cells come out, Cancelled.
     """
@@ -62,7 +70,7 @@ def trace_layout(
         faces = np.concatenate([singular, np.array(regular, np.int64)])
         try:
             graph = _trace_all(surface, constraints, field, faces, crossing_limits, cancelled)
-            return _cut_into_cells(surface, constraints, graph, tuple(regular))
+            return _cut_into_cells(surface, constraints, graph, tuple(regular), charts)
         except LineTrapped as trap:
             regular.append(_free_face(surface, trap.face, faces))
             if crossing_limits is not None:
@@ -129,9 +137,11 @@ def _free_face(surface, face, taken):
     raise LayoutError("The mesh is too coarse for its singularities; subdivide it.")
 
 
-def _cut_into_cells(surface, constraints, graph, regular) -> Layout:
+def _cut_into_cells(surface, constraints, graph, regular, charts) -> Layout:
     cuts = 0
     for _ in range(MOST_ROUNDS):
+        if charts is not None:
+            graph.mark_across(_across_lines(graph.lines, charts))
         arc_graph = build_arc_graph(surface, constraints, graph)
         orbits = trace_cells(arc_graph)
         pieces = cut_pieces(graph)
@@ -151,7 +161,24 @@ def _cut_into_cells(surface, constraints, graph, regular) -> Layout:
             "mesh or use another relaxation."
         )
     complex_ = assemble(surface, constraints, graph, arc_graph, cells)
-    return Layout(complex_, build_cell_mesh(graph, pieces, arc_graph.arcs, complex_), regular, cuts)
+    cell_mesh = build_cell_mesh(graph, pieces, arc_graph.arcs, complex_)
+    whole, gluing = surface, None
+    if charts is not None:
+        same = dict(enumerate(charts.first_copy.tolist()))
+        same.update((point, min(point, other)) for point, other in graph.across.items())
+        points = [arc.points for arc in arc_graph.arcs]
+        whole = charts.whole
+        complex_, gluing = glue_cells(charts, complex_, points, sorted(arc_graph.outgoing), same)
+    topology = whole.euler_characteristic, whole.loop_count, whole.component_count
+    return Layout(complex_, cell_mesh, regular, cuts, topology, gluing)
+
+
+def _across_lines(lines, charts):
+    """(3F',) int64, for each halfedge of the LineField the one across the cut, or -1."""
+    across = np.full(len(lines.twin), -1)
+    cut = np.flatnonzero(charts.across >= 0)
+    across[lines.halfedge_number[cut]] = lines.halfedge_number[charts.across[cut]]
+    return across
 
 
 def _rings(graph, pieces: Pieces, arc_graph: ArcGraph, orbits):

@@ -38,12 +38,15 @@ def smooth(
     quad,
     edge_length: float | None = None,
     cancelled=None,
+    across=None,
 ) -> Placement:
     """Move the vertices of a quad mesh to better places on the surface.
 
     quad         (Q, 4) int64, counter-clockwise
     edge_length  wanted edge length in object-space lengths; the mean length if None
     cancelled    callable, asked between steps
+    across       (P,) int64 or None: on a surface cut along feature edges, the copy of each vertex
+                 on the other side of the cut, -1 where it has none; both copies slide as one
 
     Fixed vertices stay, boundary vertices slide along their loop in unchanged order, the others
     stay on the surface. The result is the best of all rounds: without inverted quads if one of
@@ -52,7 +55,7 @@ def smooth(
     """
     if not len(quad):
         return placement
-    smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled)
+    smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled, across)
     best, best_score = placement, smoother.score(placement)
     score = best_score
     for power, share, rounds, settled in _STAGES:
@@ -73,7 +76,7 @@ def smooth(
 class _Smoother:
     """What stays the same in all rounds."""
 
-    def __init__(self, surface, quad, placement, edge_length, cancelled):
+    def __init__(self, surface, quad, placement, edge_length, cancelled, across):
         self.surface, self.quad, self.cancelled = surface, quad, cancelled
         self.loops = build_loops(surface)
         self.plane = plane_normal(surface)
@@ -84,6 +87,7 @@ class _Smoother:
         movable = ~placement.fixed & (np.bincount(quad.ravel(), minlength=self.vertex_count) > 0)
         self.wall = np.flatnonzero(movable & (placement.loop >= 0))
         self.inner = np.flatnonzero(movable & (placement.loop < 0))
+        self.slider, self.way = _sliders(self.wall, across)
         self.neighbours = _wall_edges(quad, placement.loop)
         self.even_out = _diffusion(quad, self.inner, self.vertex_count)
 
@@ -146,7 +150,7 @@ class _Smoother:
 
 class _Motion:
     """Degrees of freedom of one round: two in the tangent plane of each inner vertex, one along
-    the loop for each boundary vertex."""
+    the loop for each boundary vertex; the two copies of a vertex on a cut share theirs."""
 
     def __init__(self, smoother: _Smoother, placement, normal):
         self.smoother, self.placement = smoother, placement
@@ -154,7 +158,9 @@ class _Motion:
         self.loop = placement.loop[self.wall]
         self.position = placement.loop_position[self.wall]
         self.first, self.second = _tangents(normal[self.inner])
-        self.size = 2 * len(self.inner) + len(self.wall)
+        self.slider, self.way = smoother.slider, smoother.way
+        self.sliders = int(self.slider.max(initial=-1)) + 1
+        self.size = 2 * len(self.inner) + self.sliders
         self.gap = smoother.gaps(placement)
         self.room = smoother.room(self.gap)[:, self.wall]
 
@@ -167,7 +173,7 @@ class _Motion:
 
         A smooth step towards the neighbours that never covers half the way: order is kept.
         """
-        free = self.split(freedom)[2]
+        free = self.split(freedom)[2][self.slider] * self.way
         room = np.where(free < 0, self.room[0], self.room[1])
         part = np.tanh(free / room)
         return self.position + room * part, 1.0 - part * part
@@ -199,11 +205,12 @@ class _Motion:
         inner = gradient[self.inner]
         along, rate = self.slide(freedom)
         tangent = self.smoother.loops.tangent(self.loop, along)
+        pull = ((gradient[self.wall] * tangent).sum(1) + along_gradient[self.wall]) * rate
         return np.concatenate(
             [
                 (inner * self.first).sum(1),
                 (inner * self.second).sum(1),
-                ((gradient[self.wall] * tangent).sum(1) + along_gradient[self.wall]) * rate,
+                np.bincount(self.slider, pull * self.way, self.sliders),
             ]
         )
 
@@ -261,6 +268,16 @@ def _wall_edges(quad, loop):
     alone = ~np.isin(tail * count + head, head * count + tail)
     along = alone & (loop[tail] >= 0) & (loop[tail] == loop[head])
     return tail[along], head[along]
+
+
+def _sliders(wall, across):
+    """For each sliding vertex the number of its degree of freedom, and its way along it, 1 or -1.
+
+    Loops have the surface on their left: copies on both sides of a cut slide in opposite ways.
+    """
+    first = wall if across is None else np.where(across[wall] < 0, wall, np.minimum(wall, across[wall]))
+    slider = np.unique(first, return_inverse=True)[1].ravel()
+    return slider, np.where(wall == first, 1.0, -1.0)
 
 
 def _diffusion(quad, inner, count):

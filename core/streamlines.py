@@ -28,6 +28,8 @@ from .line_field import LineField, Port
 
 # A line that has passed through one triangle this often is winding round and round.
 MOST_PASSES = 12
+# Ends of lines on both sides of a cut that are this near, in edge lengths, are one node.
+SAME_PLACE = 1e-6
 
 PLAIN, BASE, STEM = 0, 1, 2
 
@@ -82,6 +84,7 @@ class LineGraph:
     meetings    dict point -> Meeting
     walls       dict boundary halfedge -> list of (parameter, point), points that divide it
     vertex_lines dict vertex -> numbers of the lines that start there, counter-clockwise
+    across      dict point on a wall -> the point at the same place on the other side of a cut
     """
 
     def __init__(self, lines: LineField, crossing_limits=None, cancelled=None):
@@ -91,6 +94,7 @@ class LineGraph:
         self.meetings: dict[int, Meeting] = {}
         self.walls: dict[int, list] = {}
         self.vertex_lines: dict[int, list] = {}
+        self.across: dict[int, int] = {}
         self._new_points: list = []
         self._queue: list = []
         self._passes: dict = {}
@@ -139,18 +143,49 @@ class LineGraph:
         """Queue a line that leaves a boundary halfedge at right angles, at a plain point."""
         face, side = divmod(halfedge, 3)
         split = self.split(face)
-        first, second = self._wall_interval(halfedge, parameter)
-        polygon, number = split.polygon_with_side(first, second)
-        place = split.on_side(side, parameter)
-        point = self._add_point(split.lift(place))
-        split.place[point] = place
-        polygon.insert(number, point)
-        self.walls.setdefault(halfedge, []).append((parameter, point))
+        point = self._mark_wall(halfedge, parameter)
         self.meetings[point] = Meeting(NodeKind.REGULAR, True)
         inward = split.wall_exit[side] + 2
         self._enqueue(
             Line(len(self.tracks), [point], [PLAIN], face, inward, None, (side,), (side, parameter))
         )
+
+    def _mark_wall(self, halfedge, parameter, position=None) -> int:
+        """Divide a boundary halfedge by a new point."""
+        face, side = divmod(halfedge, 3)
+        split = self.split(face)
+        first, second = self._wall_interval(halfedge, parameter)
+        polygon, number = split.polygon_with_side(first, second)
+        place = split.on_side(side, parameter)
+        point = self._add_point(position or split.lift(place))
+        split.place[point] = place
+        polygon.insert(number, point)
+        self.walls.setdefault(halfedge, []).append((parameter, point))
+        return point
+
+    def mark_across(self, other_side) -> None:
+        """Give every point on a wall of a cut its like on the other side, where none is yet.
+
+        other_side  (3F',) int64, for each halfedge of the LineField the one across the cut, or -1
+        """
+        for halfedge in list(self.walls):
+            beyond = int(other_side[halfedge])
+            if beyond < 0:
+                continue
+            for parameter, point in list(self.walls[halfedge]):
+                if point in self.across:
+                    continue
+                there = self._point_at(beyond, 1.0 - parameter)
+                if there is None:
+                    there = self._mark_wall(beyond, 1.0 - parameter, self.point(point))
+                self.across[point], self.across[there] = there, point
+
+    def _point_at(self, halfedge, parameter):
+        """A point of a line at this place on a wall that has none like it across yet, or None."""
+        for other, point in self.walls.get(halfedge, []):
+            if abs(other - parameter) < SAME_PLACE and point not in self.across:
+                return point
+        return None
 
     def start_between(self, face: int, first: int, second: int) -> None:
         """Queue a line that leaves a wall or a track to its left, half-way between two points."""
