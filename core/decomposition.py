@@ -8,6 +8,7 @@ import numpy as np
 
 from .blocks import Blocks
 from .cells import CellComplex
+from .charts import Charts
 from .cleaning import CleanMesh
 from .cross_field import CrossField
 from .settings import Settings
@@ -39,8 +40,8 @@ class Decomposition:
 
     settings       Settings
     clean          CleanMesh, the given mesh as triangles, with the way back to the user's elements
-    surface        TriangleSurface, the working surface; its first len(clean.points) vertices are
-                   those of `clean`
+    surface        TriangleSurface, the working surface, cut along feature edges; its first
+                   len(clean.points) vertices are those of `clean`
     face_origin    (F,) int64, the user's polygon of each working triangle
     distance       (V,) float64, arrival distance from the constraints
     direction      (V, 3) float64, one unit direction of the cross at each working vertex
@@ -53,6 +54,7 @@ class Decomposition:
     polygon_block  (N,) int64, block that the middle of each of the user's polygons lies in, or -1
     seconds        CPU seconds of each stage, and their "total"
     warnings       sentences for the user
+    charts         Charts, the working surface before and after it was cut; None without features
     """
 
     settings: Settings
@@ -70,10 +72,16 @@ class Decomposition:
     polygon_block: np.ndarray
     seconds: dict
     warnings: list
+    charts: Charts | None = None
+
+    @property
+    def whole(self) -> TriangleSurface:
+        """The working surface, not cut."""
+        return self.surface if self.charts is None else self.charts.whole
 
     def report(self) -> dict:
         """The figures of the run as plain numbers, ready for JSON."""
-        surface, singular = self.surface, self.singularities
+        surface, singular = self.whole, self.singularities
         report = {
             "input": {
                 "vertices": len(self.clean.points),

@@ -50,6 +50,20 @@ def detect_features(
     return crease
 
 
+def without_open_ends(surface: TriangleSurface, crease) -> np.ndarray:
+    """(3F,) bool, the features left when every piece with an open end is taken away."""
+    crease = crease.copy()
+    while True:
+        edge = surface.edges[crease[surface.edges]]
+        chain, _ = _chains(surface, edge)
+        ends = _open_ends(surface, crease)
+        open_edge = np.isin(surface.tail[edge], ends) | np.isin(surface.head[edge], ends)
+        if not open_edge.any():
+            return crease
+        gone = edge[np.isin(chain, chain[open_edge])]
+        crease[gone] = crease[surface.twin[gone]] = False
+
+
 def marked_features(surface: TriangleSurface, vertex_origin, pairs) -> np.ndarray:
     """Edges that the user marked: (3F,) bool.
 

@@ -11,12 +11,14 @@ from time import process_time
 import numpy as np
 
 from .blocks import find_blocks, verify_blocks
+from .charts import cut_along, share_nodes
 from .cleaning import CleanMesh, clean
 from .constraints import boundary_constraints
 from .cross_field import CrossField, build_cross_field
 from .decomposition import Decomposition
 from .distance import arrival_distance
 from .errors import Cancelled, LayoutError
+from .features import detect_features, marked_features, without_open_ends
 from .filling import fill_cells
 from .layout import trace_layout
 from .propagation import propagate
@@ -59,14 +61,19 @@ class Run:
             raise Cancelled("The decomposition was cancelled; nothing has been changed.")
 
 
-def decompose(points, polygons, settings: Settings = Settings(), progress=None, cancelled=None):
+def decompose(
+    points, polygons, settings: Settings = Settings(), progress=None, cancelled=None,
+    marked_edges=None,
+) -> Decomposition:
     """Decompose a surface into four-sided blocks and fill them with quads.
 
-    points     (V, 3) float
-    polygons   (N, 3) or (N, 4) int, or a list of lists of vertex numbers
-    settings   Settings
-    progress   function (fraction from 0 to 1, name of the stage)
-    cancelled  function () -> bool, asked between and within stages
+    points        (V, 3) float
+    polygons      (N, 3) or (N, 4) int, or a list of lists of vertex numbers
+    settings      Settings
+    progress      function (fraction from 0 to 1, name of the stage)
+    cancelled     function () -> bool, asked between and within stages
+    marked_edges  (n, 2) int or None, ends of edges that the mesh must keep as edge chains, besides
+                  the creases that are found by angle
 
     Returns a Decomposition. Raises InputError (the mesh cannot be used), LayoutError (no valid
     layout was found), Cancelled; all with one sentence for the user.
@@ -74,13 +81,43 @@ def decompose(points, polygons, settings: Settings = Settings(), progress=None, 
     run = Run(progress, cancelled)
     with run.stage("surface"):
         mesh = clean(points, polygons)
-        surface, constraints, face_origin = _prepare(mesh, settings)
+        whole = build_surface(mesh.points, mesh.triangles)
+        creases = _creases(whole, mesh, settings, marked_edges)
+    notes = []
+    for number, crease in enumerate(creases):
+        try:
+            parts = _decompose_along(run, mesh, whole, crease, settings)
+            break
+        except LayoutError as error:
+            if number == len(creases) - 1:
+                raise
+            notes.append(f"Not all feature edges could be kept: {error}")
+    return _collect(run, settings, mesh, len(polygons), notes, *parts)
+
+
+def _creases(whole, mesh: CleanMesh, settings, marked_edges):
+    """Feature edges to try, masks of halfedges: all, those without open ends, none at last."""
+    crease = np.zeros(len(whole.twin), bool)
+    if settings.feature_angle is not None:
+        crease |= detect_features(whole, settings.feature_angle, settings.feature_follow_angle)
+    if marked_edges is not None and len(marked_edges):
+        crease |= marked_features(whole, mesh.vertex_origin, marked_edges)
+    masks = [crease]
+    for simpler in (without_open_ends(whole, crease), np.zeros_like(crease)):
+        if simpler.sum() < masks[-1].sum():
+            masks.append(simpler)
+    return masks
+
+
+def _decompose_along(run: Run, mesh: CleanMesh, whole, crease, settings):
+    """All stages on the surface cut along feature edges: what `_collect` takes."""
+    with run.stage("surface"):
+        surface, constraints, face_origin, charts = _prepare(mesh, whole, crease, settings)
     arrival, angle = _propagate(run, surface, constraints)
-    relaxation = settings.relaxation
-    field = _relax(run, surface, constraints, angle, relaxation)
+    field = _relax(run, surface, constraints, angle, settings.relaxation)
     layout, notes = None, []
     if settings.stop_after != "field":
-        field, layout, notes = _trace(run, surface, constraints, angle, field, settings)
+        field, layout, notes = _trace(run, surface, constraints, angle, field, settings, charts)
     filling = blocks = None
     if settings.stop_after == "quads":
         with run.stage("quads"):
@@ -90,17 +127,23 @@ def decompose(points, polygons, settings: Settings = Settings(), progress=None, 
             blocks = find_blocks(quads, len(filling.quads.points), filling.source)
             verify_blocks(blocks, quads)
         notes = notes + _count_notes(len(quads), blocks.count, settings)
-    return _collect(
-        run, settings, mesh, len(polygons), surface, face_origin, constraints, arrival, field,
-        layout, filling, blocks, mesh.warnings + notes,
-    )
+    return surface, charts, face_origin, constraints, arrival, field, layout, filling, blocks, notes
 
 
-def _prepare(mesh: CleanMesh, settings: Settings):
-    """The working surface: no edge may join two boundary vertices through the inside."""
-    surface, origin = split_boundary_chords(build_surface(mesh.points, mesh.triangles))
-    constraints = boundary_constraints(surface, settings.kink_angle)
-    return surface, constraints, mesh.face_origin[origin]
+def _prepare(mesh: CleanMesh, whole, crease, settings: Settings):
+    """The working surface, cut along feature edges: (surface, constraints, face origin, charts).
+
+    No edge may join two boundary vertices through the inside. charts is None without features.
+    """
+    if crease.any():
+        charts, origin = cut_along(whole, crease)
+        surface = charts.surface
+        constraints = share_nodes(charts, boundary_constraints(surface, settings.kink_angle))
+    else:
+        charts = None
+        surface, origin = split_boundary_chords(whole)
+        constraints = boundary_constraints(surface, settings.kink_angle)
+    return surface, constraints, mesh.face_origin[origin], charts
 
 
 def _propagate(run: Run, surface, constraints):
@@ -117,7 +160,7 @@ def _relax(run: Run, surface, constraints, angle, mode) -> CrossField:
         return build_cross_field(surface, angle, constraints)
 
 
-def _trace(run: Run, surface, constraints, angle, field, settings):
+def _trace(run: Run, surface, constraints, angle, field, settings, charts):
     """The layout of the field, or of another relaxation of it where its lines cannot be laid."""
     limits = None
     if settings.lines == "full":
@@ -129,7 +172,7 @@ def _trace(run: Run, surface, constraints, angle, field, settings):
             field = _relax(run, surface, constraints, angle, mode)
         try:
             with run.stage("lines"):
-                layout = trace_layout(surface, constraints, field, limits, run.cancelled)
+                layout = trace_layout(surface, constraints, field, limits, run.cancelled, charts)
             return field, layout, notes
         except LayoutError as error:
             notes.append(f"The {mode} field gave no layout, another one was used: {error}")
@@ -148,8 +191,8 @@ def _count_notes(quad_count, block_count, settings):
 
 
 def _collect(
-    run, settings, mesh, polygon_count, surface, face_origin, constraints, arrival, field, layout,
-    filling, blocks, warnings,
+    run, settings, mesh, polygon_count, crease_notes, surface, charts, face_origin, constraints,
+    arrival, field, layout, filling, blocks, notes,
 ) -> Decomposition:
     singularities = find_singularities(surface, field, constraints)
     polygon_index = np.zeros(polygon_count, np.int64)
@@ -163,5 +206,6 @@ def _collect(
     return Decomposition(
         settings, mesh, surface, face_origin, arrival.distance, field.direction(surface), field,
         singularities, layout.complex if layout else None, filling.quads if filling else None,
-        blocks, polygon_index, polygon_block, run.seconds, warnings,
+        blocks, polygon_index, polygon_block, run.seconds, mesh.warnings + crease_notes + notes,
+        charts,
     )

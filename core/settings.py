@@ -21,6 +21,8 @@ class Settings:
     relaxation       "none" (the paper), "harmonic" or "diffused"
     lines            "motorcycle" (lines stop at lines) or "full" (the paper: lines cross)
     kink_angle       radians; boundary vertices that turn by more stay vertices of the mesh
+    feature_angle    radians between triangles from which their edge is a feature edge, None: never
+    feature_follow_angle  radians down to which a crease is followed from its ends
     line_distance    limit on a full streamline, in diagonals of the bounding box
     line_turn        limit on the total turning of a full streamline, in radians
     stop_after       last stage to run: "field", "lines" or "quads"
@@ -31,6 +33,8 @@ class Settings:
     relaxation: str = "diffused"
     lines: str = "motorcycle"
     kink_angle: float = radians(20.0)
+    feature_angle: float | None = radians(40.0)
+    feature_follow_angle: float = radians(20.0)
     line_distance: float = 20.0
     line_turn: float = radians(3600.0)
     stop_after: str = "quads"
@@ -44,6 +48,13 @@ class Settings:
             raise SettingsError(f"The number of quads {self.quad_count} must be at least 1.")
         if not 0 < self.kink_angle < radians(90):
             raise SettingsError("The kink angle must lie between 0 and 90 degrees.")
+        if self.feature_angle is not None and not (
+            0 < self.feature_follow_angle <= self.feature_angle < radians(180)
+        ):
+            raise SettingsError(
+                "The feature angles must lie between 0 and 180 degrees, and the one to follow a "
+                "crease must not exceed the one to start it."
+            )
         if not (self.line_distance > 0 and self.line_turn > 0):
             raise SettingsError("The limits of streamlines must be positive.")
         for value, allowed, name in (
