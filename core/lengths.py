@@ -52,16 +52,20 @@ class _Search:
         return np.where(length < 0, np.inf, value)
 
 
-def solve_lengths(complex: CellComplex, target, lower=1, start=None, cancelled=None) -> np.ndarray:
+def solve_lengths(
+    complex: CellComplex, target, lower=1, start=None, cancelled=None, may_join=False
+) -> np.ndarray:
     """Integer lengths that make opposite sides of all cells equal.
 
     target     (A,) float64, wanted length of each arc in quads
     lower      int or (A,) int, least length; arcs that can only be zero stay at zero
     start      (A,) int64 or None, an earlier solution to improve upon
     cancelled  callable or None, asked between the searches
+    may_join   bool, leave it to the caller to see which nodes the zero lengths join
 
     Returns (A,) int64. Raises LayoutError where arcs of length zero join two nodes that must stay
-    apart (singularities, corners, kinks), Cancelled.
+    apart (singularities, corners, kinks), Cancelled. With may_join it does so only where these arcs
+    can have no other length.
     """
     graph = build_length_graph(complex)
     target = np.asarray(target, np.float64)
@@ -84,7 +88,8 @@ def solve_lengths(complex: CellComplex, target, lower=1, start=None, cancelled=N
     _improve(search, 1, cancelled)
     _force_lower_bounds(search)
     _polish(search, cancelled)
-    _refuse_joined_nodes(complex, search.length == 0)
+    if not may_join:
+        _refuse_joined_nodes(complex, search.length == 0)
     return search.length
 
 

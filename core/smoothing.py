@@ -25,7 +25,7 @@ from .surface import TriangleSurface
 
 # Stages: power of the energy, share of the wanted edge length in its targets, most rounds, and the
 # change of the score that makes another round pointless.
-_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3), (12, 0.1, 4, 2e-3))
+STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3), (12, 0.1, 4, 2e-3))
 _UNTANGLING_ROUNDS = 8  # more of a stage while quads are still inverted
 _ITERATIONS = 16
 _SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
@@ -39,6 +39,7 @@ def smooth(
     edge_length: float | None = None,
     cancelled=None,
     across=None,
+    stages=STAGES,
 ) -> Placement:
     """Move the vertices of a quad mesh to better places on the surface.
 
@@ -47,6 +48,8 @@ def smooth(
     cancelled    callable, asked between steps
     across       (P,) int64 or None: on a surface cut along feature edges, the copy of each vertex
                  on the other side of the cut, -1 where it has none; both copies slide as one
+    stages       sequence of (power of the energy, even; share of the wanted edge length in the
+                 targets; most rounds; change of the score that makes another round pointless)
 
     Fixed vertices stay, boundary vertices slide along their loop in unchanged order, the others
     stay on the surface. The result is the best of all rounds: without inverted quads if one of
@@ -58,7 +61,7 @@ def smooth(
     smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled, across)
     best, best_score = placement, smoother.score(placement)
     score = best_score
-    for power, share, rounds, settled in _STAGES:
+    for power, share, rounds, settled in stages:
         for number in range(rounds + _UNTANGLING_ROUNDS):
             if number >= rounds and score > 0:
                 break
