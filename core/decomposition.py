@@ -11,6 +11,7 @@ from .cells import CellComplex
 from .charts import Charts
 from .cleaning import CleanMesh
 from .cross_field import CrossField
+from .placement import Placement
 from .settings import Settings
 from .singularities import Singularities
 from .surface import TriangleSurface
@@ -50,6 +51,7 @@ class Decomposition:
     complex        CellComplex, the four-sided cells between the lines
     quads          QuadMesh
     blocks         Blocks, the base complex of the quad mesh
+    placement      Placement, where the vertices of the quad mesh lie on the surface
     polygon_index  (N,) int64, k of each of the user's polygons, 0 where it is not singular
     polygon_block  (N,) int64, block that the middle of each of the user's polygons lies in, or -1
     seconds        CPU seconds of each stage, and their "total"
@@ -68,6 +70,7 @@ class Decomposition:
     complex: CellComplex | None
     quads: QuadMesh | None
     blocks: Blocks | None
+    placement: Placement | None
     polygon_index: np.ndarray
     polygon_block: np.ndarray
     seconds: dict

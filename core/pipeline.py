@@ -206,6 +206,6 @@ def _collect(
     return Decomposition(
         settings, mesh, surface, face_origin, arrival.distance, field.direction(surface), field,
         singularities, layout.complex if layout else None, filling.quads if filling else None,
-        blocks, polygon_index, polygon_block, run.seconds, mesh.warnings + crease_notes + notes,
-        charts,
+        blocks, filling.placement if filling else None, polygon_index, polygon_block, run.seconds,
+        mesh.warnings + crease_notes + notes, charts,
     )
