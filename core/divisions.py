@@ -1,0 +1,104 @@
+"""Dividing the blocks of a decomposition anew: locked counts, other sizes, grading to walls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .chords import choose_counts, divisions, find_chords, locked_counts, mean_lengths
+from .decomposition import Decomposition, QuadMesh
+from .edge_spacing import edge_fractions, kinks_inside
+from .errors import LayoutError, SettingsError
+from .projection import surface_normal
+from .quality import scaled_jacobian
+from .regridding import Division, edge_arcs, regrid
+from .wall_spacing import Grading, edge_loops, space_edges
+
+
+def redivide(
+    decomposition: Decomposition,
+    locks=(),
+    grading: Grading | None = None,
+    edge_length: float | None = None,
+    quad_count: int | None = None,
+) -> Decomposition:
+    """The decomposition with the same blocks and other divisions.
+
+    locks        pairs (block edge, divisions) or a dict; all edges of the same chord follow
+    grading      Grading or None; its cells come on top of the wanted number of quads
+    edge_length  wanted quad edge, object-space lengths; None keeps the divisions there are
+    quad_count   wanted number of quads: counts of free chords are scaled to come within a tenth
+                 of it; None takes that of the settings where these ask for a number
+
+    Block, block edge and corner numbers stay. Raises SettingsError for locks that contradict each
+    other, the grading or the kinks of the boundary, LayoutError where quads would fold.
+    """
+    blocks, placement, surface = decomposition.blocks, decomposition.placement, decomposition.surface
+    if blocks is None:
+        raise SettingsError("There are no blocks to divide; run all stages first.")
+    chords = find_chords(blocks)
+    arcs = edge_arcs(surface, placement, blocks)
+    length = np.array([arc[-1] for arc in arcs])
+    locked = locked_counts(chords, locks)
+    least = _least_counts(chords, locked, kinks_inside(placement.fixed, blocks) + 1)
+    wish, wanted = _wishes(decomposition, chords, length, edge_length, quad_count)
+    count = choose_counts(blocks, chords, wish, locked, least, wanted)
+    given, wall_side = [None] * len(length), None
+    if grading is not None:
+        loop = edge_loops(blocks, placement.loop)
+        spacing = space_edges(
+            blocks, chords, placement.point, loop, length, count, locked, grading
+        )
+        count, given, wall_side = spacing.count, spacing.fraction, spacing.wall_side
+    count = count[chords.edge_chord]
+    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, given)
+    division = Division(count, fraction, wall_side, grading)
+    fresh = regrid(surface, placement, blocks, arcs, division)
+    return replace(
+        decomposition, quads=_quad_mesh(surface, fresh), blocks=fresh.blocks,
+        placement=fresh.placement,
+    )
+
+
+def _least_counts(chords, locked, least):
+    """(chords,) int64, fewest divisions for the kinks on the edges."""
+    limit = locked[chords.edge_chord]
+    short = np.flatnonzero((limit > 0) & (limit < least))
+    if len(short):
+        edge = short[0]
+        raise SettingsError(
+            f"Block edge {edge} is locked to {limit[edge]} divisions, but {least[edge] - 1} kinks of"
+            f" the boundary lie on it; lock it to {least[edge]} or more."
+        )
+    result = np.ones(chords.count, np.int64)
+    np.maximum.at(result, chords.edge_chord, least)
+    return result
+
+
+def _wishes(decomposition, chords, length, edge_length, quad_count):
+    """Wanted divisions of each chord, and the wanted number of quads or None."""
+    blocks, settings = decomposition.blocks, decomposition.settings
+    if edge_length is not None:
+        if not edge_length > 0:
+            raise SettingsError(f"The edge length {edge_length} must be a positive number.")
+        return mean_lengths(blocks, chords, length) / edge_length, None
+    present = np.zeros(chords.count)
+    present[chords.edge_chord] = divisions(blocks)
+    if quad_count is None and settings.edge_length is None:
+        quad_count = settings.quad_count
+    return present, quad_count
+
+
+def _quad_mesh(surface, fresh) -> QuadMesh:
+    placement, quads = fresh.placement, fresh.quads
+    normal = surface_normal(surface, placement.face, placement.point)
+    shape = scaled_jacobian(placement.point, quads, normal)
+    if shape.min() <= 0:
+        block = fresh.blocks.quad_block[shape.argmin()]
+        raise LayoutError(
+            f"With these divisions {np.count_nonzero(shape <= 0)} quads fold over, the worst in"
+            f" block {block}; give it more divisions or a milder grading."
+        )
+    valence = np.bincount(quads.ravel(), minlength=len(placement.point))
+    return QuadMesh(placement.point, quads, placement.loop >= 0, valence, shape)

@@ -1,0 +1,336 @@
+"""New divisions for a block layout: the fine grid of each block is sampled again.
+
+The existing grid of a block is its geometry: a bilinear map from grid indices to space. Nodes of
+block edges are placed by arc length, those of boundary edges exactly on the boundary of the
+surface; nodes inside are placed where the lines between opposite edges meet, corrected by what the
+edges gained in exactness, and projected to the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .blocks import Blocks
+from .boundary import build_loops
+from .chords import forward_sides
+from .errors import LayoutError
+from .grading import graded_positions
+from .placement import Placement
+from .projection import closest_point
+from .quads import grid_quads
+from .surface import TriangleSurface
+from .wall_spacing import LEAST_SINE, Grading, sine
+
+# Nodes this near to an old vertex, in old divisions, are that vertex.
+_SAME_INDEX = 1e-9
+
+
+@dataclass(frozen=True)
+class Division:
+    """What every block edge is to be divided into.
+
+    count      (E,) int64, divisions
+    fraction   list of E: (n + 1,) float64, arc length of the nodes over the length of the edge,
+               from its stored start
+    wall_side  (B, 4) bool, block sides towards which the grid is graded, or None
+    grading    Grading or None
+    """
+
+    count: np.ndarray
+    fraction: list
+    wall_side: np.ndarray | None = None
+    grading: Grading | None = None
+
+
+@dataclass(frozen=True)
+class Regridded:
+    """The new quad mesh; block, edge and corner order are those of the old one.
+
+    placement  Placement of its vertices
+    quads      (Q, 4) int64
+    blocks     Blocks
+    """
+
+    placement: Placement
+    quads: np.ndarray
+    blocks: Blocks
+
+
+@dataclass
+class _Nodes:
+    """Nodes of all new edges in a row; edge e is [offset[e]:offset[e + 1]].
+
+    index  (n,) float64, place on the old edge in old divisions
+    point, face, position, kept  as in Placement; kept are old fixed vertices
+    """
+
+    offset: np.ndarray
+    index: np.ndarray
+    point: np.ndarray
+    face: np.ndarray
+    position: np.ndarray
+    kept: np.ndarray
+
+
+def edge_arcs(surface: TriangleSurface, placement: Placement, blocks: Blocks) -> list:
+    """List of E: (m + 1,) float64, arc length along each block edge at its vertices.
+
+    Edges on the boundary are measured along the boundary of the surface.
+    """
+    loops = build_loops(surface)
+    sign = _directions(blocks)
+    result = []
+    for edge, inside in enumerate(~blocks.edge_on_boundary):
+        chain = edge_chain(blocks, edge)
+        if inside:
+            step = np.linalg.norm(np.diff(placement.point[chain], axis=0), axis=1)
+        else:
+            advance = sign[edge] * np.diff(placement.loop_position[chain])
+            step = np.mod(advance, loops.length[placement.loop[chain[0]]])
+        result.append(np.concatenate([[0.0], np.cumsum(step)]))
+    return result
+
+
+def edge_chain(blocks: Blocks, edge: int) -> np.ndarray:
+    """(n + 1,) int64, the vertices of a block edge, both ends included."""
+    return blocks.edge_vertex[blocks.edge_offset[edge] : blocks.edge_offset[edge + 1]]
+
+
+def block_grid(blocks: Blocks, block: int) -> np.ndarray:
+    """(n + 1, m + 1) int64, the vertices of a block, rows along its first direction."""
+    m, n = blocks.shape[block]
+    vertex = blocks.grid_vertex[blocks.grid_offset[block] : blocks.grid_offset[block + 1]]
+    return vertex.reshape(n + 1, m + 1)
+
+
+def regrid(
+    surface: TriangleSurface, placement: Placement, blocks: Blocks, arcs: list, division: Division
+) -> Regridded:
+    """Divide the blocks anew; arcs as from `edge_arcs`.
+
+    Raises LayoutError where opposite edges of a block differ in their divisions.
+    """
+    side_count = division.count[blocks.block_edge]
+    if not np.array_equal(side_count[:, :2], side_count[:, 2:]):
+        raise LayoutError("Opposite block edges have different divisions; divide chords alike.")
+    nodes = _edge_nodes(surface, placement, blocks, arcs, division)
+    fresh = _renumbered(blocks, division.count)
+    quads, quad_block = grid_quads(fresh.shape, fresh.grid_offset, fresh.grid_vertex)
+    fresh = Blocks(
+        quad_block, fresh.shape, fresh.grid_offset, fresh.grid_vertex, fresh.corner,
+        fresh.edge_offset, fresh.edge_vertex, fresh.block_edge, fresh.edge_on_boundary,
+    )
+    return Regridded(_place(surface, placement, blocks, fresh, nodes, division), quads, fresh)
+
+
+def _directions(blocks):
+    """(E,) int64: 1 where a boundary edge runs as its loop does, the surface on its left, else -1."""
+    sign = np.zeros(len(blocks.edge_on_boundary), np.int64)
+    sign[blocks.block_edge] = np.where(forward_sides(blocks), 1, -1)
+    return sign
+
+
+def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
+    """Nodes of all edges; those inside the surface are projected to it."""
+    loops, sign = build_loops(surface), _directions(blocks)
+    offset = np.concatenate([[0], np.cumsum(division.count + 1)])
+    total = int(offset[-1])
+    nodes = _Nodes(
+        offset, np.zeros(total), np.zeros((total, 3)), np.zeros(total, np.int64), np.zeros(total),
+        np.zeros(total, bool),
+    )
+    for edge, arc in enumerate(arcs):
+        chain, here = edge_chain(blocks, edge), slice(offset[edge], offset[edge + 1])
+        old = np.arange(len(chain))
+        fixed = np.flatnonzero(placement.fixed[chain[1:-1]]) + 1
+        index = _old_indices(arc, division.fraction[edge])
+        nodes.index[here], nodes.kept[here] = index, np.isin(index, np.concatenate([[-1], fixed]))
+        nodes.face[here] = placement.face[chain[np.rint(index).astype(np.int64)]]
+        if blocks.edge_on_boundary[edge]:
+            loop = np.full(len(index), placement.loop[chain[0]])
+            along = placement.loop_position[chain[0]] + sign[edge] * np.interp(index, old, arc)
+            nodes.position[here] = loops.wrap(loop, along)
+            nodes.point[here], nodes.face[here] = loops.point(loop, along)
+        else:
+            nodes.point[here] = _sample_line(placement.point[chain], index)
+    inside = np.repeat(~blocks.edge_on_boundary, np.diff(offset))
+    inside &= nodes.index != np.rint(nodes.index)
+    nodes.point[inside], nodes.face[inside] = closest_point(
+        surface, nodes.point[inside], nodes.face[inside]
+    )
+    return nodes
+
+
+def _old_indices(arc, fraction):
+    """(n + 1,) float64, where nodes at fractions of the arc length lie between the old vertices."""
+    index = np.interp(fraction * arc[-1], arc, np.arange(len(arc)))
+    whole = np.rint(index)
+    index = np.where(np.abs(index - whole) < _SAME_INDEX, whole, index)
+    index[0], index[-1] = 0, len(arc) - 1
+    return index
+
+
+def _sample_line(point, index):
+    low = np.clip(np.floor(index).astype(np.int64), 0, len(point) - 2)
+    part = (index - low)[:, None]
+    return (1 - part) * point[low] + part * point[low + 1]
+
+
+def _renumbered(blocks: Blocks, count) -> Blocks:
+    """The same blocks with new divisions: corners come first, then edges, then insides."""
+    first, last = blocks.edge_offset[:-1], blocks.edge_offset[1:] - 1
+    ends = np.stack([blocks.edge_vertex[first], blocks.edge_vertex[last]])
+    corner, number = np.unique(ends, return_inverse=True)
+    number = number.reshape(ends.shape)
+    edge_offset = np.concatenate([[0], np.cumsum(count + 1)])
+    edge_vertex = np.empty(edge_offset[-1], np.int64)
+    inner = np.ones(len(edge_vertex), bool)
+    inner[edge_offset[:-1]] = inner[edge_offset[1:] - 1] = False
+    edge_vertex[edge_offset[:-1]], edge_vertex[edge_offset[1:] - 1] = number
+    edge_vertex[inner] = len(corner) + np.arange(int(inner.sum()))
+    shape = count[blocks.block_edge[:, :2]]
+    grid_offset = np.concatenate([[0], np.cumsum((shape + 1).prod(1))])
+    grid_vertex = np.empty(grid_offset[-1], np.int64)
+    free = len(corner) + int(inner.sum())
+    forward = forward_sides(blocks)
+    for block, (m, n) in enumerate(shape.tolist()):
+        grid = grid_vertex[grid_offset[block] : grid_offset[block + 1]].reshape(n + 1, m + 1)
+        sides = []
+        for edge, ahead in zip(blocks.block_edge[block], forward[block]):
+            chain = edge_vertex[edge_offset[edge] : edge_offset[edge + 1]]
+            sides.append(chain if ahead else chain[::-1])
+        grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0] = sides
+        grid[1:-1, 1:-1] = free + np.arange((m - 1) * (n - 1)).reshape(n - 1, m - 1)
+        free += (m - 1) * (n - 1)
+    new_corner = np.searchsorted(corner, blocks.corner)
+    return Blocks(
+        np.zeros(0, np.int64), shape, grid_offset, grid_vertex, new_corner, edge_offset,
+        edge_vertex, blocks.block_edge, blocks.edge_on_boundary,
+    )
+
+
+def _place(surface, old, blocks, fresh, nodes, division) -> Placement:
+    """Positions of all new vertices."""
+    count = int(fresh.grid_vertex.max()) + 1
+    point, face = np.empty((count, 3)), np.zeros(count, np.int64)
+    loop, position = np.full(count, -1), np.zeros(count)
+    fixed, inner = np.zeros(count, bool), np.ones(count, bool)
+    point[fresh.edge_vertex], face[fresh.edge_vertex] = nodes.point, nodes.face
+    fixed[fresh.edge_vertex], inner[fresh.edge_vertex] = nodes.kept, False
+    lies_on = np.repeat(fresh.edge_on_boundary, np.diff(fresh.edge_offset))
+    loop_of_edge = old.loop[blocks.edge_vertex[blocks.edge_offset[:-1]]]
+    loop[fresh.edge_vertex[lies_on]] = np.repeat(loop_of_edge, np.diff(fresh.edge_offset))[lies_on]
+    position[fresh.edge_vertex[lies_on]] = nodes.position[lies_on]
+    for name, value in (("point", point), ("face", face), ("loop", loop), ("fixed", fixed),
+                        ("loop_position", position)):
+        value[fresh.corner] = getattr(old, name)[blocks.corner]
+    forward = forward_sides(blocks)
+    for block in range(blocks.count):
+        sides = [_side(nodes, e, f) for e, f in zip(blocks.block_edge[block], forward[block])]
+        walls = division.wall_side[block] if division.wall_side is not None else None
+        grid = block_grid(blocks, block)
+        place, row, column = fill_grid(old.point[grid], sides, walls, division.grading)
+        vertex = block_grid(fresh, block)[1:-1, 1:-1]
+        point[vertex] = place[1:-1, 1:-1]
+        near = grid[np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)]
+        face[vertex] = old.face[near][1:-1, 1:-1]
+    point[inner], face[inner] = closest_point(surface, point[inner], face[inner])
+    return Placement(point, face, loop, position, fixed)
+
+
+def _side(nodes: _Nodes, edge, forward):
+    """(index, point) of a side of a block, counter-clockwise."""
+    here = slice(nodes.offset[edge], nodes.offset[edge + 1])
+    index, point = nodes.index[here], nodes.point[here]
+    return (index, point) if forward else (index[-1] - index[::-1], point[::-1])
+
+
+def fill_grid(grid, sides, walls=None, grading: Grading | None = None):
+    """A new grid inside new sides of a block.
+
+    grid     (n + 1, m + 1, 3) float64, the old grid
+    sides    four pairs, counter-clockwise from the first row: old index (k,) float64 of each node,
+             and its point (k, 3) float64
+    walls    (4,) bool or None, sides towards which the grid is graded; then with the grading
+
+    Returns points (N + 1, M + 1, 3) and the old row and column (N + 1, M + 1) of each.
+    """
+    n, m = grid.shape[0] - 1, grid.shape[1] - 1
+    (bottom, _), (right, _), (top, _), (left, _) = sides
+    low, high = bottom / m, (m - top[::-1]) / m
+    start, end = (n - left[::-1]) / n, right / n
+    # Lines between opposite nodes of the index square cross where both equations hold.
+    lean, rise = high - low, (end - start)[:, None]
+    u = (low + start[:, None] * lean) / (1 - rise * lean)
+    v = start[:, None] + u * rise
+    gain = [point - _sample_line(line, index) for (index, point), line in zip(
+        sides, (grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])
+    )]
+    gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
+    if walls is not None and walls[[0, 2]].any():
+        v = _graded_lines(
+            grid, low, high, v, (sides[0][1], sides[2][1][::-1]), (gain[0], gain[2]),
+            walls[[0, 2]], grading,
+        )
+        u = low + v * lean
+    if walls is not None and walls[[1, 3]].any():
+        u = _graded_lines(
+            grid.transpose(1, 0, 2), start, end, u.T, (sides[3][1][::-1], sides[1][1]),
+            (gain[3], gain[1]), walls[[3, 1]], grading,
+        ).T
+        if not walls[[0, 2]].any():
+            v = start[:, None] + u * rise
+    point = _sample_grid(grid, n * v, m * u)
+    point += (1 - v)[..., None] * _sample(gain[0], low, u) + v[..., None] * _sample(gain[2], high, u)
+    point += (1 - u)[..., None] * _sample(gain[3], start, v) + u[..., None] * _sample(gain[1], end, v)
+    return point, n * v, m * u
+
+
+def _sample(value, at, place):
+    """Values (k, 3) known at ascending places (k,), interpolated at many places."""
+    return np.stack([np.interp(place, at, value[:, axis]) for axis in range(3)], axis=-1)
+
+
+def _sample_grid(grid, row, column):
+    """Points of the bilinear map of a grid."""
+    j = np.clip(np.floor(row).astype(np.int64), 0, grid.shape[0] - 2)
+    i = np.clip(np.floor(column).astype(np.int64), 0, grid.shape[1] - 2)
+    b, a = (row - j)[..., None], (column - i)[..., None]
+    below = (1 - a) * grid[j, i] + a * grid[j, i + 1]
+    above = (1 - a) * grid[j + 1, i] + a * grid[j + 1, i + 1]
+    return (1 - b) * below + b * above
+
+
+def _graded_lines(grid, low, high, v, border, gain, walls, grading):
+    """(N + 1, M + 1) v of the nodes on lines from the first to the last row of a grid.
+
+    low, high  (M + 1,), where the lines start and end, of 1
+    v          (N + 1, M + 1), of 1; its first and last lines, those on block edges, are kept
+    border     two (M + 1, 3), the first and last row; gain likewise
+    walls      (2,) bool, is the first, is the last row a wall?
+    """
+    rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
+    share = np.linspace(0, 1, rows + 1)[:, None]
+    line = _sample_grid(grid, rows * share + 0 * low, columns * (low + share * (high - low)))
+    line += (1 - share)[..., None] * gain[0] + share[..., None] * gain[1]
+    arc = np.zeros(line.shape[:2])
+    arc[1:] = np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=2), axis=0)
+    edge_arc = np.stack([np.interp(v[:, c], share[:, 0], arc[:, c]) for c in (0, -1)], axis=1)
+    weight = np.linspace(0, 1, len(low))
+    height = []
+    for wall, cell, row, leaving in (
+        (walls[0], edge_arc[1] - edge_arc[0], border[0], line[1] - line[0]),
+        (walls[1], edge_arc[-1] - edge_arc[-2], border[1], line[-2] - line[-1]),
+    ):
+        if wall:
+            lean = sine(np.gradient(row, axis=0), leaving)
+            height.append(grading.first_height / np.maximum(lean, LEAST_SINE))
+        else:
+            height.append((1 - weight) * cell[0] + weight * cell[1])
+    position = graded_positions(arc[-1], len(v) - 1, *height, grading.growth)
+    result = v.copy()
+    for column in range(1, len(low) - 1):
+        result[:, column] = np.interp(position[column], arc[:, column], share[:, 0])
+    return result

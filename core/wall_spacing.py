@@ -1,0 +1,255 @@
+"""Grading towards walls: how many cells block edges need, and where their nodes lie.
+
+A block edge leaves a wall where a block has a side on the wall beside it. Its first height is set
+there, its cells grow until they meet the regular spacing, in the blocks behind it too if need be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from .blocks import Blocks
+from .chords import Chords, forward_sides
+from .errors import SettingsError
+from .grading import cells_needed, graded_positions
+
+# The first height is measured across the wall; lines that lean more than this are not followed.
+LEAST_SINE = 0.5
+# A cell of this share of the regular one meets it.
+MEETS = 0.95
+_MOST_ROUNDS = 50
+
+
+@dataclass(frozen=True)
+class Grading:
+    """Boundary-layer spacing towards walls.
+
+    first_height  object-space length, distance of the first nodes from the wall
+    growth        ratio of one cell to the one before it, above 1
+    loops         numbers of the boundary loops that are walls, or None for all of them
+    """
+
+    first_height: float
+    growth: float = 1.2
+    loops: tuple | None = None
+
+    def __post_init__(self):
+        if not (isfinite(self.first_height) and self.first_height > 0):
+            raise SettingsError(f"The first height {self.first_height} must be a positive number.")
+        if not 1 < self.growth <= 10:
+            raise SettingsError(f"The growth {self.growth} must be above 1 and at most 10.")
+
+
+@dataclass(frozen=True)
+class WallSpacing:
+    """The spacing that a grading asks of every block edge.
+
+    count      (chords,) int64, divisions
+    fraction   list of E: (n + 1,) float64, arc length of the nodes over the edge's length, from
+               its stored start; None where the grading asks nothing
+    wall_side  (B, 4) bool, sides that lie on a wall
+    """
+
+    count: np.ndarray
+    fraction: list
+    wall_side: np.ndarray
+
+
+def edge_loops(blocks: Blocks, vertex_loop) -> np.ndarray:
+    """(E,) int64, boundary loop that each block edge lies on, -1 inside; vertex_loop (P,) int."""
+    start = blocks.edge_vertex[blocks.edge_offset[:-1]]
+    return np.where(blocks.edge_on_boundary, np.asarray(vertex_loop)[start], -1)
+
+
+def space_edges(
+    blocks: Blocks, chords: Chords, points, edge_loop, edge_length, count, locked, grading: Grading
+) -> WallSpacing:
+    """Spacing of all block edges for a grading.
+
+    points       (P, 3) float64, vertices of the quad mesh
+    edge_loop    (E,) int64, boundary loop of each edge or -1
+    edge_length  (E,) float64
+    count        (chords,) int64, divisions without grading; they give the regular spacing
+    locked       (chords,) int64, locked divisions, 0 where free
+
+    Raises SettingsError for a loop that is not there, a first height above the regular spacing and
+    locks that leave too few cells.
+    """
+    wall_side = _wall_sides(blocks, edge_loop, grading)
+    regular = edge_length / count[chords.edge_chord]
+    first, stretch = _first_heights(blocks, points, wall_side, edge_length, grading)
+    _refuse_too_high(first.min(1), regular, grading)
+    across = _sides_across(blocks)
+    forward = forward_sides(blocks)
+    count = count.copy()
+    for _ in range(_MOST_ROUNDS):
+        cells = count[chords.edge_chord]
+        reached = _continue_behind(
+            blocks, forward, across, wall_side, edge_length, cells, first, regular, grading.growth
+        )
+        graded = np.flatnonzero(np.isfinite(reached).any(1))
+        needed = np.zeros(len(cells), np.int64)
+        needed[graded] = cells_needed(
+            (edge_length * stretch)[graded], reached[graded, 0], reached[graded, 1],
+            grading.growth, regular[graded],
+        )
+        _refuse_locked(chords, locked, needed, grading)
+        before = count.copy()
+        np.maximum.at(count, chords.edge_chord, needed)
+        if np.array_equal(before, count):
+            break
+    fraction = _fractions(edge_length, count[chords.edge_chord], reached, grading.growth)
+    return WallSpacing(count, fraction, wall_side)
+
+
+def _wall_sides(blocks, edge_loop, grading):
+    known = np.unique(edge_loop[edge_loop >= 0])
+    if not len(known):
+        raise SettingsError("The surface has no boundary to be graded towards; leave it out.")
+    if grading.loops is None:
+        return edge_loop[blocks.block_edge] >= 0
+    for loop in grading.loops:
+        if loop not in known:
+            raise SettingsError(
+                f"There is no boundary loop {loop}; loops are numbered from 0 to {known.max()}."
+            )
+    return np.isin(edge_loop[blocks.block_edge], np.array(grading.loops))
+
+
+def _first_heights(blocks, points, wall_side, edge_length, grading):
+    """First cell (E, 2) float64 at both ends of each edge, inf where free, and stretch (E,).
+
+    The first height is measured across the wall, so edges that lean get a longer cell. The stretch
+    is how much longer than its edges the longest grid line of a block on the wall is.
+    """
+    forward = forward_sides(blocks)
+    edges = len(edge_length)
+    total, number, stretch = np.zeros((edges, 2)), np.zeros((edges, 2)), np.ones(edges)
+    for block, side in np.argwhere(wall_side):
+        grid = _turned_grid(blocks, points, block, side)
+        right, left = blocks.block_edge[block, [(side + 1) % 4, (side + 3) % 4]]
+        longest = np.linalg.norm(np.diff(grid, axis=0), axis=2).sum(0).max()
+        for edge, end, at in (
+            (right, int(not forward[block, (side + 1) % 4]), -1),
+            (left, int(forward[block, (side + 3) % 4]), 0),
+        ):
+            along = grid[0, -2] - grid[0, -1] if at else grid[0, 1] - grid[0, 0]
+            total[edge, end] += sine(along, grid[1, at] - grid[0, at])
+            number[edge, end] += 1
+            stretch[edge] = max(stretch[edge], longest / edge_length[edge])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lean = np.maximum(total / number, LEAST_SINE)
+        return np.where(number > 0, grading.first_height / lean, np.inf), stretch
+
+
+def sine(first, second):
+    """Sine of the angle between vectors; arrays (..., 3)."""
+    area = np.linalg.norm(np.cross(first, second), axis=-1)
+    length = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
+    return area / np.maximum(length, 1e-300)
+
+
+def _turned_grid(blocks, points, block, side):
+    """(rows, columns, 3): the grid of a block, turned so that the given side is its first row."""
+    m, n = blocks.shape[block]
+    vertex = blocks.grid_vertex[blocks.grid_offset[block] : blocks.grid_offset[block + 1]]
+    return points[np.rot90(vertex.reshape(n + 1, m + 1), side)] if side else points[
+        vertex.reshape(n + 1, m + 1)
+    ]
+
+
+def _refuse_too_high(first, regular, grading):
+    if not np.isfinite(first).any():
+        raise SettingsError("No block edge leaves the chosen walls; choose other boundary loops.")
+    edge = np.argmax(np.where(np.isfinite(first), first / regular, 0.0))
+    if first[edge] > regular[edge]:
+        raise SettingsError(
+            f"The first height {grading.first_height:g} is above the regular spacing"
+            f" {regular[edge]:.3g} of block edge {edge}; give a smaller one or larger quads."
+        )
+
+
+def _sides_across(blocks):
+    """(B, 4) int64, 4 * block + side that lies on the other side of an edge, -1 at the boundary."""
+    side = np.arange(blocks.block_edge.size)
+    order = np.lexsort([side, blocks.block_edge.ravel()])
+    edge = blocks.block_edge.ravel()[order]
+    across = np.full(len(side), -1)
+    pair = np.flatnonzero(edge[1:] == edge[:-1])
+    across[order[pair]], across[order[pair + 1]] = order[pair + 1], order[pair]
+    return across.reshape(-1, 4)
+
+
+def _continue_behind(blocks, forward, across, wall_side, length, cells, first, regular, ratio):
+    """First cells (E, 2) with those of blocks behind, where cells have not met the regular ones."""
+    first = first.copy()
+    visited = wall_side.copy()
+    front = np.argwhere(wall_side)
+    while len(front):
+        ends = _end_cells(length, cells, first, ratio)
+        following = []
+        for block, side in front:
+            place = across[block, (side + 2) % 4]
+            if place < 0 or visited.ravel()[place]:
+                continue
+            behind, there = divmod(int(place), 4)
+            if _hand_over(
+                blocks, forward, ends, first, regular, ratio, (block, side), (behind, there)
+            ):
+                visited[behind, there] = True
+                following.append((behind, there))
+        front = np.array(following, np.int64).reshape(-1, 2)
+    return first
+
+
+def _hand_over(blocks, forward, ends, first, regular, ratio, here, behind):
+    """Set the first cells of the block behind; False where all have met the regular spacing."""
+    handed = False
+    for turn in (1, 3):
+        side, next_side = (here[1] + turn) % 4, (behind[1] + turn) % 4
+        edge, next_edge = blocks.block_edge[here[0], side], blocks.block_edge[behind[0], next_side]
+        # Side 1 leaves the wall as it is walked counter-clockwise, side 3 runs towards it.
+        far = int(forward[here[0], side] == (turn == 1))
+        near = int(forward[behind[0], next_side] != (turn == 1))
+        cell = ratio * ends[edge, far]
+        if np.isfinite(first[edge, 1 - far]) and cell < MEETS * regular[next_edge]:
+            first[next_edge, near] = min(first[next_edge, near], cell)
+            handed = True
+    return handed
+
+
+def _end_cells(length, cells, first, ratio):
+    """(E, 2) float64, the first and last cell of every edge."""
+    result = np.empty((len(length), 2))
+    for count in np.unique(cells):
+        same = np.flatnonzero(cells == count)
+        position = graded_positions(length[same], int(count), *first[same].T, ratio)
+        result[same, 0] = position[:, 1]
+        result[same, 1] = position[:, -1] - position[:, -2]
+    return result
+
+
+def _refuse_locked(chords, locked, needed, grading):
+    limit = locked[chords.edge_chord]
+    short = np.flatnonzero((limit > 0) & (needed > limit))
+    if len(short):
+        edge = short[np.argmax(needed[short])]
+        raise SettingsError(
+            f"Block edge {edge} is locked to {limit[edge]} divisions, but a first height of"
+            f" {grading.first_height:g} with growth {grading.growth:g} needs {needed[edge]};"
+            " lock it to more or change the grading."
+        )
+
+
+def _fractions(length, cells, first, ratio):
+    graded = np.isfinite(first).any(1)
+    result = [None] * len(length)
+    for count in np.unique(cells[graded]):
+        same = np.flatnonzero(graded & (cells == count))
+        position = graded_positions(length[same], int(count), *first[same].T, ratio)
+        for edge, row in zip(same.tolist(), position / length[same, None]):
+            result[edge] = row
+    return result
