@@ -21,6 +21,8 @@ _LEAST_CONTRAST = 8.0
 _OPEN_SHARE, _FINE_OPEN_SHARE, _FINE_OPEN_EDGES = 0.1, 0.03, 6
 # Closed features narrower than this share of the diagonal need so many edges to count.
 _CLOSED_SHARE, _CLOSED_EDGES = 0.03, 12
+# Charts narrower than this share of the diagonal are faults of the mesh, as folded needles.
+_LEAST_WIDTH = 1e-3
 
 
 def dihedral_angle(surface: TriangleSurface) -> np.ndarray:
@@ -47,6 +49,7 @@ def detect_features(
     _drop_faint(surface, crease, angle)
     _drop_short_ends(surface, crease)
     _drop_specks(surface, crease)
+    _open_slivers(surface, crease)
     return crease
 
 
@@ -190,3 +193,27 @@ def _drop_specks(surface, crease):
     speck = (size < _CLOSED_SHARE * surface.diagonal) & (count < _CLOSED_EDGES)
     gone = edge[speck[group]]
     crease[gone] = crease[surface.twin[gone]] = False
+
+
+def _open_slivers(surface, crease):
+    """Join very narrow charts to the neighbours that they share most of their outline with."""
+    while True:
+        inner = np.flatnonzero((surface.twin >= 0) & ~crease)
+        chart = connected_components(surface.face_count, inner // 3, surface.twin[inner] // 3)
+        outline = np.flatnonzero((surface.twin < 0) | crease)
+        around = np.bincount(chart[outline // 3], surface.edge_length[outline], chart.max() + 1)
+        area = np.bincount(chart, surface.face_area)
+        sliver = 2 * area < _LEAST_WIDTH * surface.diagonal * around
+        cut = np.flatnonzero(crease)
+        here, there = chart[cut // 3], chart[surface.twin[cut] // 3]
+        keep = sliver[here] & (here != there)
+        if not keep.any():
+            return
+        cut, here, there = cut[keep], here[keep], there[keep]
+        pair, member = np.unique(here * np.int64(len(area)) + there, return_inverse=True)
+        shared = np.bincount(member.ravel(), surface.edge_length[cut])
+        owner = pair // len(area)
+        order = np.lexsort((-shared, owner))
+        longest = order[np.diff(owner[order], prepend=-1) != 0]
+        gone = cut[np.isin(member.ravel(), longest)]
+        crease[gone] = crease[surface.twin[gone]] = False
