@@ -23,6 +23,9 @@ _OPEN_SHARE, _FINE_OPEN_SHARE, _FINE_OPEN_EDGES = 0.1, 0.03, 6
 _CLOSED_SHARE, _CLOSED_EDGES = 0.03, 12
 # Charts narrower than this share of the diagonal are faults of the mesh, as folded needles.
 _LEAST_WIDTH = 1e-3
+# A crease that nears another one at less than this angle ends where they are this share of the
+# diagonal apart: between them no quad would have a good shape.
+_CUSP_ANGLE, _CUSP_WIDTH = np.radians(20), 0.02
 
 
 def dihedral_angle(surface: TriangleSurface) -> np.ndarray:
@@ -47,9 +50,10 @@ def detect_features(
         return crease
     _follow(surface, crease, angle, follow_angle)
     _drop_faint(surface, crease, angle)
+    _open_slivers(surface, crease)
+    _trim_cusps(surface, crease, angle)
     _drop_short_ends(surface, crease)
     _drop_specks(surface, crease)
-    _open_slivers(surface, crease)
     return crease
 
 
@@ -193,6 +197,67 @@ def _drop_specks(surface, crease):
     speck = (size < _CLOSED_SHARE * surface.diagonal) & (count < _CLOSED_EDGES)
     gone = edge[speck[group]]
     crease[gone] = crease[surface.twin[gone]] = False
+
+
+def _trim_cusps(surface, crease, angle):
+    """Shorten the fainter of two creases, or of crease and boundary, that meet at a small angle."""
+    while True:
+        cusps = _cusps(surface, crease)
+        if not len(cusps[0]):
+            return
+        edge = surface.edges[crease[surface.edges]]
+        chain = np.full(len(crease), -1)
+        chain[edge] = chain[surface.twin[edge]] = _chains(surface, edge)[0]
+        on_chain = chain >= 0
+        sharpness = np.bincount(chain[on_chain], angle[on_chain]) / np.bincount(chain[on_chain])
+        for right, left, opening in zip(*(column.tolist() for column in cusps)):
+            sides = [h for h in (right, left) if crease[h]]
+            if sides:
+                faint = min(sides, key=lambda h: sharpness[chain[h]])
+                width = _CUSP_WIDTH * surface.diagonal
+                _trim(surface, crease, faint, width / np.sin(max(opening, np.radians(2))))
+
+
+def _cusps(surface, crease):
+    """Narrow sectors between crease or boundary edges: their halfedges, right and left, and angle.
+
+    Both halfedges leave the vertex; the left one is the twin of the last one round, where there is
+    one: sectors whose left side is boundary have their right side twice.
+    """
+    wall = crease | (surface.twin < 0)
+    touched = np.zeros(surface.vertex_count, bool)
+    touched[surface.tail[crease]] = True
+    corner = np.flatnonzero(touched[surface.tail])
+    number = np.full(len(wall), -1)
+    number[corner] = np.arange(len(corner))
+    last = previous_halfedge(corner)
+    inside = ~wall[last]
+    sector = connected_components(len(corner), np.flatnonzero(inside), number[surface.twin[last[inside]]])
+    opening = np.bincount(sector, surface.corner_angle[corner])
+    right = np.full(len(opening), -1)
+    left = right.copy()
+    starts, ends = wall[corner], ~inside
+    right[sector[starts]] = corner[starts]
+    left[sector[ends]] = surface.twin[last[ends]]
+    left = np.where(left < 0, right, left)
+    narrow = np.flatnonzero((opening < _CUSP_ANGLE) & (right >= 0) & (crease[right] | crease[left]))
+    return right[narrow], left[narrow], opening[narrow]
+
+
+def _trim(surface, crease, halfedge, length):
+    """Remove so much of a crease from its start on, at most up to its next node, in place."""
+    degree = np.bincount(surface.tail[crease], minlength=surface.vertex_count)
+    while True:
+        crease[halfedge] = crease[surface.twin[halfedge]] = False
+        length -= surface.edge_length[halfedge]
+        vertex = surface.head[halfedge]
+        if length <= 0 or degree[vertex] != 2 or surface.on_boundary[vertex]:
+            return
+        fan = surface.fan[surface.fan_offset[vertex] : surface.fan_offset[vertex + 1]]
+        onward = fan[crease[fan]]
+        if not len(onward):
+            return
+        halfedge = int(onward[0])
 
 
 def _open_slivers(surface, crease):
