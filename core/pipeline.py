@@ -80,7 +80,7 @@ def decompose(
     """
     run = Run(progress, cancelled)
     with run.stage("surface"):
-        mesh = clean(points, polygons)
+        mesh = clean(points, polygons, settings.weld_distance, settings.repair)
         whole = build_surface(mesh.points, mesh.triangles)
         creases = _creases(whole, mesh, settings, marked_edges)
     notes = []

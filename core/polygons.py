@@ -36,17 +36,34 @@ class Polygons:
         return np.repeat(np.arange(self.count), self.size)
 
     @property
-    def following(self) -> np.ndarray:
-        """(L,) int64, the vertex after each corner in its polygon."""
+    def next_corner(self) -> np.ndarray:
+        """(L,) int64, number of the corner after each corner in its polygon."""
         place = np.arange(1, len(self.corner) + 1)
         filled = self.size > 0
         place[self.start[1:][filled] - 1] = self.start[:-1][filled]
-        return self.corner[place]
+        return place
+
+    @property
+    def following(self) -> np.ndarray:
+        """(L,) int64, the vertex after each corner in its polygon."""
+        return self.corner[self.next_corner]
 
     def of_size(self, size: int) -> tuple[np.ndarray, np.ndarray]:
         """Numbers (n,) of the polygons with so many corners, and their vertices (n, size)."""
         number = np.flatnonzero(self.size == size)
         return number, self.corner[self.start[number, None] + np.arange(size)]
+
+    def kept(self, corner: np.ndarray) -> Polygons:
+        """The same polygons with only those corners where corner (L,) bool is true."""
+        total = np.concatenate([[0], np.cumsum(corner)])
+        return Polygons(self.corner[corner], total[self.start])
+
+    def chosen(self, number: np.ndarray) -> Polygons:
+        """The polygons of these numbers (n,), ascending, alone and numbered anew."""
+        keep = np.zeros(self.count, bool)
+        keep[number] = True
+        start = np.concatenate([[0], np.cumsum(self.size[keep])])
+        return Polygons(self.corner[keep[self.corner_polygon]], start)
 
     def as_lists(self):
         """(N, 3) or (N, 4) int64 where all polygons are alike, else a list of index lists."""

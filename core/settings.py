@@ -23,6 +23,9 @@ class Settings:
     kink_angle       radians; boundary vertices that turn by more stay vertices of the mesh
     feature_angle    radians between triangles from which their edge is a feature edge, None: never
     feature_follow_angle  radians down to which a crease is followed from its ends
+    weld_distance    vertices no farther apart become one, object-space lengths; 0 welds only loose
+                     faces and the ends of edges without length
+    repair           False refuses a faulty mesh instead of repairing it
     line_distance    limit on a full streamline, in diagonals of the bounding box
     line_turn        limit on the total turning of a full streamline, in radians
     stop_after       last stage to run: "field", "lines" or "quads"
@@ -35,6 +38,8 @@ class Settings:
     kink_angle: float = radians(20.0)
     feature_angle: float | None = radians(40.0)
     feature_follow_angle: float = radians(20.0)
+    weld_distance: float = 0.0
+    repair: bool = True
     line_distance: float = 20.0
     line_turn: float = radians(3600.0)
     stop_after: str = "quads"
@@ -55,6 +60,8 @@ class Settings:
                 "The feature angles must lie between 0 and 180 degrees, and the one to follow a "
                 "crease must not exceed the one to start it."
             )
+        if not (isfinite(self.weld_distance) and self.weld_distance >= 0):
+            raise SettingsError(f"The weld distance {self.weld_distance} must not be negative.")
         if not (self.line_distance > 0 and self.line_turn > 0):
             raise SettingsError("The limits of streamlines must be positive.")
         for value, allowed, name in (

@@ -18,11 +18,14 @@ _REPEATED = -100.0  # shape of an ear whose diagonal repeats an edge
 _INSIDE = 1e-12  # of the squared size of the polygon; closer than this counts as inside
 
 
-def triangulate(points: np.ndarray, polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:
+def triangulate(
+    points: np.ndarray, polygons: Polygons, may_repeat: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (F, 3) int64 and the polygon (F,) int64 of each, in ascending order.
 
-    points    (V, 3) float64, finite and of moderate size
-    polygons  at least three corners each, no vertex twice in a polygon
+    points      (V, 3) float64, finite and of moderate size
+    polygons    at least three corners each, no vertex twice in a polygon
+    may_repeat  repeat an edge where there is no other way, instead of raising InputError
 
     Triangles are oriented as their polygons. Raises InputError for a polygon that cannot be cut
     without repeating an edge.
@@ -33,7 +36,7 @@ def triangulate(points: np.ndarray, polygons: Polygons) -> tuple[np.ndarray, np.
     todo = np.ones(polygons.count, bool)
     triangles, origin = [], []
     while todo.any():
-        new, new_origin, diagonal, owner = _cut(points, polygons, todo, forbidden)
+        new, new_origin, diagonal, owner = _cut(points, polygons, todo, forbidden, may_repeat)
         # Of several polygons that chose the same diagonal, the one of least number keeps it.
         order = np.argsort(owner, kind="stable")
         diagonal, owner = diagonal[order], owner[order]
@@ -53,17 +56,17 @@ def _key(first, second, vertex_count):
     return np.minimum(first, second) * np.int64(vertex_count) + np.maximum(first, second)
 
 
-def _cut(points, polygons, chosen, forbidden):
+def _cut(points, polygons, chosen, forbidden, may_repeat):
     """Triangles, their polygons, the diagonals used (as keys) and their polygons."""
     results = []
     for size in np.unique(polygons.size[chosen]):
         number, vertex = polygons.of_size(size)
         number, vertex = number[chosen[number]], vertex[chosen[number]]
-        results.append(_cut_ears(points, number, vertex, forbidden))
+        results.append(_cut_ears(points, number, vertex, forbidden, may_repeat))
     return tuple(np.concatenate(column) for column in zip(*results))
 
 
-def _cut_ears(points, number, vertex, forbidden):
+def _cut_ears(points, number, vertex, forbidden, may_repeat):
     """The same as `_cut` for polygons of one size; vertex (n, size)."""
     row, triangles, diagonals = np.arange(len(number)), [], []
     if vertex.shape[1] > 3:
@@ -74,7 +77,8 @@ def _cut_ears(points, number, vertex, forbidden):
         # The two ways to cut a quad: an ear is as good as the worse of both halves.
         value = np.minimum(shape, np.roll(shape, 2, axis=1)) if vertex.shape[1] == 4 else shape
         ear = _first_best(value)
-        _refuse_repetition(value[row, ear], number)
+        if not may_repeat:
+            _refuse_repetition(value[row, ear], number)
         before, after = (ear - 1) % vertex.shape[1], (ear + 1) % vertex.shape[1]
         triangles.append(np.stack([vertex[row, c] for c in (before, ear, after)], axis=1))
         diagonals.append(_key(vertex[row, before], vertex[row, after], len(points)))
@@ -134,6 +138,8 @@ def _ear_shape(plane, vertex, forbidden, vertex_count, ear):
         inside = np.ones(plane.shape, bool)
         for p, q in ((a, b), (b, c), (c, a)):
             inside &= _cross((q - p)[:, None], plane - p[:, None]) >= -slack[:, None]
+            # A bridge to a hole passes the same place twice.
+            inside &= plane != p[:, None]
         for own in (before, ear, after):
             inside[row, own] = False
         shape = shape + _BLOCKED * inside.any(1)

@@ -1,0 +1,35 @@
+"""A frame in which every mesh has about the size 1 and lies at the origin.
+
+Meshes come at 1e-7 and at an offset of 1e9. All computing is done in this frame; the factor is a
+power of two, so that scaling loses no digit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class UnitFrame:
+    """centre (3,) float64 and size, both in the user's lengths: (point - centre) / size."""
+
+    centre: np.ndarray
+    size: float
+
+    def inward(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) float64, the user's points in this frame."""
+        return (points - self.centre) / self.size
+
+    def outward(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) float64, points of this frame in the user's coordinates."""
+        return points * self.size + self.centre
+
+
+def unit_frame(points: np.ndarray) -> UnitFrame:
+    """The frame for points (n, 3), finite, at least one: their diagonal becomes 0.5 to 1."""
+    lowest, highest = points.min(0), points.max(0)
+    diagonal = float(np.linalg.norm(highest - lowest))
+    exponent = int(np.ceil(np.log2(diagonal))) if diagonal > 1e-290 else 0
+    return UnitFrame(0.5 * (lowest + highest), float(np.ldexp(1.0, exponent)))
