@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,14 @@ from .edge_spacing import edge_fractions, kinks_inside
 from .errors import LayoutError, SettingsError
 from .projection import surface_normal
 from .quality import scaled_jacobian
-from .regridding import Division, edge_arcs, regrid
+from .regridding import Division, Regridded, edge_arcs, regrid
+from .smoothing import smooth
 from .wall_spacing import Grading, edge_loops, space_edges
+
+# Below this scaled Jacobian new divisions are improved upon.
+_WORST_SHAPE = 0.2
+# Times that the divisions are doubled for a finer geometry to grade.
+_MOST_REFINEMENTS = 2
 
 
 def redivide(
@@ -51,14 +57,55 @@ def redivide(
             blocks, chords, placement.point, loop, length, count, locked, grading
         )
         count, given, wall_side = spacing.count, spacing.fraction, spacing.wall_side
-    count = count[chords.edge_chord]
-    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, given)
-    division = Division(count, fraction, wall_side, grading)
-    fresh = regrid(surface, placement, blocks, arcs, division)
+    division = _Wanted(count[chords.edge_chord], given, wall_side, grading)
+    fresh = _divide(decomposition, chords, division, arcs)
     return replace(
         decomposition, quads=_quad_mesh(surface, fresh), blocks=fresh.blocks,
         placement=fresh.placement,
     )
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """Divisions (E,), prescribed fractions of edges or None, graded sides and their grading."""
+
+    count: np.ndarray
+    given: list
+    wall_side: np.ndarray | None = None
+    grading: Grading | None = None
+
+
+def _divide(decomposition, chords, wanted, arcs) -> Regridded:
+    """Divide the blocks; where quads fold, smooth them, or grade a finer and smoothed grid."""
+    surface = decomposition.surface
+    coarse = Regridded(decomposition.placement, decomposition.quads.quads, decomposition.blocks)
+    fresh = _regrid(surface, coarse, chords, wanted, arcs)
+    for _ in range(_MOST_REFINEMENTS):
+        # Vertices on feature edges would leave them when smoothed as if they were inside.
+        if decomposition.charts is not None or _shape(surface, fresh).min() > _WORST_SHAPE:
+            break
+        if wanted.grading is None:
+            better = replace(fresh, placement=smooth(surface, fresh.placement, fresh.quads))
+        else:
+            plain = _Wanted(2 * divisions(coarse.blocks), [None] * len(arcs))
+            coarse = _regrid(surface, coarse, chords, plain, arcs)
+            coarse = replace(coarse, placement=smooth(surface, coarse.placement, coarse.quads))
+            arcs = edge_arcs(surface, coarse.placement, coarse.blocks)
+            better = _regrid(surface, coarse, chords, wanted, arcs)
+        if _shape(surface, better).min() > _shape(surface, fresh).min():
+            fresh = better
+        if wanted.grading is None:
+            break
+    return fresh
+
+
+def _regrid(surface, coarse: Regridded, chords, wanted: _Wanted, arcs) -> Regridded:
+    placement, blocks = coarse.placement, coarse.blocks
+    fraction = edge_fractions(
+        blocks, chords, placement.fixed, arcs, wanted.count, wanted.given
+    )
+    division = Division(wanted.count, fraction, wanted.wall_side, wanted.grading)
+    return regrid(surface, placement, blocks, arcs, division)
 
 
 def _least_counts(chords, locked, least):
@@ -90,15 +137,25 @@ def _wishes(decomposition, chords, length, edge_length, quad_count):
     return present, quad_count
 
 
-def _quad_mesh(surface, fresh) -> QuadMesh:
-    placement, quads = fresh.placement, fresh.quads
+def _shape(surface, fresh):
+    """(Q,) float64, scaled Jacobian against the normals of the surface: below 0 where folded."""
+    placement = fresh.placement
     normal = surface_normal(surface, placement.face, placement.point)
-    shape = scaled_jacobian(placement.point, quads, normal)
+    return scaled_jacobian(placement.point, fresh.quads, normal)
+
+
+def _quad_mesh(surface, fresh) -> QuadMesh:
+    shape = _shape(surface, fresh)
     if shape.min() <= 0:
         block = fresh.blocks.quad_block[shape.argmin()]
         raise LayoutError(
             f"With these divisions {np.count_nonzero(shape <= 0)} quads fold over, the worst in"
             f" block {block}; give it more divisions or a milder grading."
         )
-    valence = np.bincount(quads.ravel(), minlength=len(placement.point))
-    return QuadMesh(placement.point, quads, placement.loop >= 0, valence, shape)
+    point = fresh.placement.point
+    on_boundary = np.zeros(len(point), bool)
+    blocks = fresh.blocks
+    on_edge = np.repeat(blocks.edge_on_boundary, np.diff(blocks.edge_offset))
+    on_boundary[blocks.edge_vertex[on_edge]] = True
+    valence = np.bincount(fresh.quads.ravel(), minlength=len(point))
+    return QuadMesh(point, fresh.quads, on_boundary, valence, shape)

@@ -153,8 +153,10 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
             along = placement.loop_position[chain[0]] + sign[edge] * np.interp(index, old, arc)
             nodes.position[here] = loops.wrap(loop, along)
             nodes.point[here], nodes.face[here] = loops.point(loop, along)
-        else:
+        elif len(fixed) or (placement.loop[chain[1:-1]] >= 0).any():
             nodes.point[here] = _sample_line(placement.point[chain], index)
+        else:
+            nodes.point[here] = _sample_curve(placement.point[chain], index)
     inside = np.repeat(~blocks.edge_on_boundary, np.diff(offset))
     inside &= nodes.index != np.rint(nodes.index)
     nodes.point[inside], nodes.face[inside] = closest_point(
@@ -176,6 +178,22 @@ def _sample_line(point, index):
     low = np.clip(np.floor(index).astype(np.int64), 0, len(point) - 2)
     part = (index - low)[:, None]
     return (1 - part) * point[low] + part * point[low + 1]
+
+
+def _sample_curve(point, index):
+    """Points of the smooth curve through points (k, 3): cubic pieces, parameter the chord length."""
+    step = np.diff(point, axis=0)
+    size = np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None]
+    if len(step) < 2:
+        return _sample_line(point, index)
+    slope = step / size
+    inner = (size[:-1] * slope[1:] + size[1:] * slope[:-1]) / (size[:-1] + size[1:])
+    tangent = np.concatenate([2 * slope[:1] - inner[:1], inner, 2 * slope[-1:] - inner[-1:]])
+    low = np.clip(np.floor(index).astype(np.int64), 0, len(step) - 1)
+    part = (index - low)[:, None]
+    leaving = part * (1 - part) ** 2 * size[low] * (tangent[low] - slope[low])
+    arriving = part**2 * (1 - part) * size[low] * (slope[low] - tangent[low + 1])
+    return _sample_line(point, index) + leaving + arriving
 
 
 def _renumbered(blocks: Blocks, count) -> Blocks:
