@@ -79,8 +79,9 @@ def gmsh(path, wanted):
     program.model.mesh.classifySurfaces(np.pi / 4, True, True, np.pi)
     program.model.mesh.createGeometry()
     program.option.setNumber("Mesh.Algorithm", 11)
-    program.option.setNumber("Mesh.MeshSizeMin", np.sqrt(area.sum() / wanted))
-    program.option.setNumber("Mesh.MeshSizeMax", np.sqrt(area.sum() / wanted))
+    size = 2 * np.sqrt(area.sum() / wanted)  # it halves every edge in the end
+    program.option.setNumber("Mesh.MeshSizeMin", size)
+    program.option.setNumber("Mesh.MeshSizeMax", size)
     program.model.mesh.generate(2)
     tags, places, _ = program.model.mesh.getNodes()
     number = np.zeros(int(tags.max()) + 1, np.int64)

@@ -33,7 +33,7 @@ from core.quality import scaled_jacobian  # noqa: E402
 from core.surface import build_surface  # noqa: E402
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-TIME_LIMIT = 600
+TIME_LIMIT = 120
 
 
 def timed(command):

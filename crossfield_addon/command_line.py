@@ -118,6 +118,20 @@ def _add_settings(command):
         help="boundary vertices that turn by more are kept (%(default).0f)",
     )
     settings.add_argument(
+        "--feature-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.feature_angle or 0.0),
+        help="angle between faces from which their edge is kept, 0: never (%(default).0f)",
+    )
+    settings.add_argument(
+        "--feature-follow-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.feature_follow_angle),
+        help="angle down to which a crease is followed from its ends (%(default).0f)",
+    )
+    settings.add_argument(
         "--line-distance",
         type=float,
         metavar="D",
@@ -148,6 +162,8 @@ def _settings(arguments) -> Settings:
         relaxation=arguments.relaxation,
         lines=arguments.lines,
         kink_angle=radians(arguments.kink_angle),
+        feature_angle=radians(arguments.feature_angle) if arguments.feature_angle else None,
+        feature_follow_angle=radians(arguments.feature_follow_angle),
         line_distance=arguments.line_distance,
         line_turn=radians(arguments.line_turn),
         stop_after=arguments.stop_after,

@@ -93,6 +93,10 @@ def draw_settings(layout, settings, stop_after="quads"):
             layout.prop(settings, "line_distance")
             layout.prop(settings, "line_turn")
     layout.prop(settings, "kink_angle")
+    layout.prop(settings, "keep_creases")
+    if settings.keep_creases:
+        layout.prop(settings, "feature_angle")
+        layout.prop(settings, "feature_follow_angle")
     if stop_after == "quads":
         layout.prop(settings, "keep_lines")
 

@@ -72,6 +72,30 @@ class SettingProperties:
         subtype="ANGLE",
         options=_OPTIONS,
     )
+    keep_creases: bpy.props.BoolProperty(
+        name="Keep creases",
+        description="Sharp edges inside the surface stay edges of the quad mesh",
+        default=_DEFAULTS.feature_angle is not None,
+        options=_OPTIONS,
+    )
+    feature_angle: bpy.props.FloatProperty(
+        name="Crease angle",
+        description="Angle between faces from which their edge is a crease",
+        default=_DEFAULTS.feature_angle or radians(40.0),
+        min=radians(1.0),
+        max=radians(179.0),
+        subtype="ANGLE",
+        options=_OPTIONS,
+    )
+    feature_follow_angle: bpy.props.FloatProperty(
+        name="Follow down to",
+        description="Angle between faces down to which a crease is followed from its ends",
+        default=_DEFAULTS.feature_follow_angle,
+        min=radians(1.0),
+        max=radians(179.0),
+        subtype="ANGLE",
+        options=_OPTIONS,
+    )
     line_distance: bpy.props.FloatProperty(
         name="Longest line",
         description="Limit on a full streamline, in diagonals of the bounding box",
@@ -104,6 +128,8 @@ class SettingProperties:
             relaxation=self.relaxation,
             lines=self.lines,
             kink_angle=self.kink_angle,
+            feature_angle=self.feature_angle if self.keep_creases else None,
+            feature_follow_angle=self.feature_follow_angle,
             line_distance=self.line_distance,
             line_turn=self.line_turn,
             stop_after=stop_after,

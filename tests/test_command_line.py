@@ -16,7 +16,7 @@ import crossfield
 
 ROOT = Path(crossfield.ROOT)
 FLAGS = "--output --quads --report --picture --edge-length --quad-count --relaxation --lines"
-FLAGS += " --kink-angle --line-distance --line-turn --stop-after --keep-lines --object"
+FLAGS += " --kink-angle --feature-angle --feature-follow-angle --line-distance --line-turn --stop-after --keep-lines --object"
 needs_blender = pytest.mark.skipif(
     importlib.util.find_spec("bpy") is None, reason="Blender's Python module is not installed"
 )
@@ -99,7 +99,8 @@ def test_edge_length(plate, tmp_path):
     "option, value",
     [("--relaxation", v) for v in ("none", "harmonic", "diffused")]
     + [("--lines", v) for v in ("motorcycle", "full")]
-    + [("--kink-angle", 30), ("--line-distance", 3), ("--line-turn", 720)],
+    + [("--kink-angle", 30), ("--feature-angle", 0), ("--feature-follow-angle", 30)]
+    + [("--line-distance", 3), ("--line-turn", 720)],
 )
 def test_settings(plate, tmp_path, option, value):
     report = tmp_path / "r.json"
@@ -141,6 +142,8 @@ def test_help_names_every_flag(capsys):
         (["--stop-after", "lunch"], ["lunch", "field"]),
         (["--kink-angle", "120"], ["kink angle"]),
         (["--line-distance", "-1"], ["limits"]),
+        (["--feature-angle", "200"], ["feature angles"]),
+        (["--feature-angle", "30", "--feature-follow-angle", "50"], ["must not exceed"]),
         (["--colour", "red"], ["--colour"]),
         (["--object", "Cube"], ["--object", ".blend"]),
         (["--quads", "q.stl"], ["--quads", ".obj"]),
