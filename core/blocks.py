@@ -70,12 +70,13 @@ class _Chains:
         return np.sort(np.stack([start, end], 1), axis=1)
 
 
-def find_blocks(quad, vertex_count: int, source) -> Blocks:
+def find_blocks(quad, vertex_count: int, source, crease=()) -> Blocks:
     """Cut a quad mesh along straight mesh lines into blocks.
 
     quad    (Q, 4) int64, oriented and manifold, every vertex used
     source  (P,) bool, vertices from which all mesh lines are cut; irregular vertices (not 4 quads
             inside, not 2 on the boundary) are sources in any case
+    crease  (n, 2) int, end vertices of inner edges that no block may straddle
 
     Lines run from a source until they reach the boundary or a source. Where a block would close up
     into a ring or touch itself, or two block edges would join the same two corners, further whole
@@ -87,6 +88,7 @@ def find_blocks(quad, vertex_count: int, source) -> Blocks:
     straight = np.where(source[mesh.head], -1, mesh.straight)
     line = _mesh_lines(mesh, straight)
     cut = _separatrices(mesh, source, line)
+    cut |= np.isin(line, line[_edges_between(mesh, crease)])
     _cut_bare_parts(mesh, line, cut)
     while True:
         chains = _find_chains(mesh, straight, cut)
@@ -162,6 +164,14 @@ def _mesh_lines(mesh: QuadConnectivity, straight) -> np.ndarray:
     """(E,) int64, number of the straight line that each edge lies on."""
     onward = np.flatnonzero(straight >= 0)
     return connected_components(mesh.edge_count, mesh.edge[onward], mesh.edge[straight[onward]])
+
+
+def _edges_between(mesh: QuadConnectivity, pairs) -> np.ndarray:
+    """(E,) bool, the edges whose end vertices are among the given pairs (n, 2)."""
+    pairs = np.sort(np.asarray(pairs, np.int64).reshape(-1, 2), axis=1)
+    ends = np.sort(mesh.edge_vertex, axis=1)
+    span = np.array([mesh.vertex_count, 1])
+    return np.isin(ends @ span, pairs @ span)
 
 
 def _separatrices(mesh, source, line) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class QuadMesh:
     on_boundary      (P,) bool
     valence          (P,) int64, number of quads round each vertex
     scaled_jacobian  (Q,) float64, the worst of the four corners
+    crease           (n, 2) int64, end vertices of the edges that lie on feature edges
     """
 
     points: np.ndarray
@@ -33,6 +34,7 @@ class QuadMesh:
     on_boundary: np.ndarray
     valence: np.ndarray
     scaled_jacobian: np.ndarray
+    crease: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .decomposition import QuadMesh
 from .errors import LayoutError
-from .gluing import build_sheets, synchronise, verify_sheets
+from .gluing import build_sheets, crease_edges, synchronise, verify_sheets
 from .layout import Layout
 from .lengths import scale_to_count, solve_lengths
 from .mapping import map_cells, place_vertices
@@ -29,7 +29,7 @@ class Filling:
 
     quads      QuadMesh
     layout     QuadLayout, its connectivity and where it comes from
-    placement  Placement, where its vertices lie on the surface
+    placement  Placement, where its vertices lie on the surface (the whole one, not cut)
     source     (P,) bool, vertices that end the straight lines of blocks: singularities, corners
     face_quad  (F,) int64, quad over the middle of each triangle of the surface, -1 if unknown
     """
@@ -50,7 +50,10 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
     length, quads = _verified_lengths(surface, layout, settings, cancelled)
     mapped = map_cells(complex_, layout.cell_mesh, quads.cell_shape, length)
     edge_length = np.sqrt(surface.face_area.sum() / len(quads.quad))
-    placement = place_and_smooth(surface, layout, quads, length, mapped, edge_length, cancelled)
+    sheets = build_sheets(layout.gluing, quads, length) if layout.gluing is not None else None
+    placement = place_and_smooth(
+        surface, layout, quads, length, mapped, sheets, edge_length, cancelled
+    )
     valence = np.bincount(quads.quad.ravel(), minlength=quads.vertex_count)
     on_boundary = quads.vertex_loop >= 0
     mesh = QuadMesh(
@@ -58,17 +61,24 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         scaled_jacobian(placement.point, quads.quad),
     )
     source = valence != np.where(on_boundary, 2, 4)
+    if sheets is not None:
+        mesh = replace(mesh, crease=crease_edges(layout.gluing, quads))
+        source |= sheets.irregular
     face_quad = _quads_over_faces(surface, layout, quads, mapped)
     return Filling(mesh, quads, placement, source, face_quad)
 
 
-def place_and_smooth(surface, layout: Layout, quads, length, mapped, edge_length, cancelled):
-    """The vertices of a QuadLayout on the surface, smoothed; on charts where it was cut."""
+def place_and_smooth(
+    surface, layout: Layout, quads, length, mapped, sheets, edge_length, cancelled
+) -> Placement:
+    """The vertices of a QuadLayout on the whole surface, smoothed; on charts where it was cut.
+
+    sheets  SheetQuads of the same quads, None where the surface was not cut
+    """
     cells, gluing = layout.cell_mesh, layout.gluing
     if gluing is None:
         placement = place_vertices(surface, layout.complex, cells, quads, length, mapped)
         return smooth(surface, placement, quads.quad, edge_length, cancelled)
-    sheets = build_sheets(gluing, quads, length)
     placement = place_vertices(
         surface, gluing.complex, cells, sheets.layout, length[gluing.arc], mapped
     )
@@ -76,7 +86,7 @@ def place_and_smooth(surface, layout: Layout, quads, length, mapped, edge_length
     placement = smooth(
         surface, placement, sheets.layout.quad, edge_length, cancelled, sheets.across
     )
-    return sheets.joined(placement)
+    return sheets.joined(gluing.charts, placement)
 
 
 def _verified_lengths(surface, layout: Layout, settings, cancelled):

@@ -17,6 +17,7 @@ from .cells import CellComplex, NodeKind
 from .charts import Charts
 from .errors import LayoutError
 from .placement import Placement
+from .projection import expand_ranges
 from .quads import QuadLayout, build_quads, verify_lengths
 from .surface import TriangleSurface
 
@@ -53,11 +54,25 @@ class SheetQuads:
         """(P,) int64, the first copy here of each vertex of the whole quad mesh."""
         return np.unique(self.vertex, return_index=True)[1]
 
-    def joined(self, placement: Placement) -> Placement:
-        """The placement of the whole quad mesh from one of the copies: the first ones count."""
+    @cached_property
+    def irregular(self) -> np.ndarray:
+        """(P,) bool, vertices that are irregular on one of the charts."""
+        valence = np.bincount(self.layout.quad.ravel(), minlength=self.layout.vertex_count)
+        mask = np.zeros(len(self.first), bool)
+        mask[self.vertex[valence != np.where(self.layout.vertex_loop >= 0, 2, 4)]] = True
+        return mask
+
+    def joined(self, charts: Charts, placement: Placement) -> Placement:
+        """The placement of the whole quad mesh on the whole surface; the first copies count."""
+        loop, position = _outer_positions(charts, placement.loop, placement.loop_position)
+        outer = np.flatnonzero(loop >= 0)
+        whole_loop = np.full(len(self.first), -1)
+        whole_position = np.zeros(len(self.first))
+        whole_loop[self.vertex[outer]] = loop[outer]
+        whole_position[self.vertex[outer]] = position[outer]
         return Placement(
-            placement.point[self.first], placement.face[self.first], placement.loop[self.first],
-            placement.loop_position[self.first], placement.fixed[self.first],
+            placement.point[self.first], placement.face[self.first], whole_loop, whole_position,
+            placement.fixed[self.first],
         )
 
 
@@ -81,7 +96,9 @@ def glue_cells(charts: Charts, complex: CellComplex, arc_points, node_point, sam
     flipped = np.arange(len(partner)) != first
     outer = (complex.arc_loop >= 0) & (partner < 0)
     chosen, fields = _merged_nodes(complex, node, outer)
-    loop, start = _outer_loops(charts, complex, outer)
+    loop, start = _outer_positions(
+        charts, np.where(outer, complex.arc_loop, -1), complex.arc_loop_start
+    )
     point, offset = _kept_ranges(complex.arc_offset, kept)
     halfarc = complex.side_halfarc
     glued = replace(
@@ -135,22 +152,25 @@ def _merged_nodes(complex, node, outer):
     }
 
 
-def _outer_loops(charts, complex, outer):
-    """Boundary loop of the whole surface, and the arc length on it, where the outer arcs start."""
-    loop, start = np.full(complex.arc_count, -1), np.zeros(complex.arc_count)
-    arc = np.flatnonzero(outer)
-    if not len(arc):
-        return loop, start
+def _outer_positions(charts, cut_loop, cut_position):
+    """Boundary loop of the whole surface and arc length on it, of places on loops of the cut one.
+
+    Places from which the loop of the cut surface goes on along a cut get loop -1, position 0.
+    """
+    loop, position = np.full(len(cut_loop), -1), np.zeros(len(cut_loop))
     cut, whole = build_loops(charts.surface), build_loops(charts.whole)
-    first = complex.arc_offset[arc]
-    step = np.linalg.norm(complex.arc_point[first + 1] - complex.arc_point[first], axis=1)
-    # The middle of the first segment lies on one halfedge beyond doubt.
-    index, _ = cut.locate(complex.arc_loop[arc], complex.arc_loop_start[arc] + 0.5 * step)
-    beyond = complex.arc_loop_start[arc] - cut.position[index]
+    wall = np.flatnonzero(cut_loop >= 0)
+    number = cut_loop[wall]
+    # A little onward lies on the leaving halfedge, also where the place is its tail by rounding.
+    index, _ = cut.locate(number, cut_position[wall] + 1e-10 * cut.length[number])
     place = _index_of(whole, charts.whole)[cut.halfedge[index]]
-    loop[arc] = whole.halfedge_loop[place]
-    start[arc] = whole.wrap(loop[arc], whole.position[place] + beyond)
-    return loop, start
+    outer = place >= 0
+    wall, index, place = wall[outer], index[outer], place[outer]
+    half = 0.5 * cut.length[cut_loop[wall]]
+    beyond = cut.wrap(cut_loop[wall], cut_position[wall] - cut.position[index] + half) - half
+    loop[wall] = whole.halfedge_loop[place]
+    position[wall] = whole.wrap(loop[wall], whole.position[place] + beyond)
+    return loop, position
 
 
 def _index_of(loops: BoundaryLoops, surface: TriangleSurface):
@@ -201,6 +221,14 @@ def build_sheets(gluing: Gluing, quads: QuadLayout, length) -> SheetQuads:
     across = np.full(layout.vertex_count, -1)
     across[first], across[second] = second, first
     return SheetQuads(layout, vertex, across)
+
+
+def crease_edges(gluing: Gluing, quads: QuadLayout) -> np.ndarray:
+    """(n, 2) int64, end vertices of the edges of the whole quad mesh that lie on the cuts."""
+    shared = np.flatnonzero(np.bincount(gluing.arc) == 2)
+    first, last = quads.arc_vertex_offset[shared], quads.arc_vertex_offset[shared + 1] - 1
+    _, place = expand_ranges(first, last)
+    return np.stack([quads.arc_vertex[place], quads.arc_vertex[place + 1]], axis=1)
 
 
 def synchronise(charts: Charts, placement: Placement, across) -> Placement:

@@ -124,7 +124,9 @@ def _decompose_along(run: Run, mesh: CleanMesh, whole, crease, settings):
             filling = fill_cells(surface, layout, settings, run.cancelled)
         with run.stage("blocks"):
             quads = filling.quads.quads
-            blocks = find_blocks(quads, len(filling.quads.points), filling.source)
+            blocks = find_blocks(
+                quads, len(filling.quads.points), filling.source, filling.quads.crease
+            )
             verify_blocks(blocks, quads)
         notes = notes + _count_notes(len(quads), blocks.count, settings)
     return surface, charts, face_origin, constraints, arrival, field, layout, filling, blocks, notes
