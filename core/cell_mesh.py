@@ -76,8 +76,8 @@ def _sides_of_pieces(polygons, offset):
                 inner[points[k], points[after]] = (begin + k, begin + after)
             else:
                 walls[points[k], points[after]] = begin + k
-    walls.update((side, begin) for side, (begin, _) in inner.items())
-    return inner, walls
+    # Where a line turned back, its chord and the piece of the edge beside it join the same points.
+    return inner, {**{side: begin for side, (begin, _) in inner.items()}, **walls}
 
 
 def _join_whole(lines, crossed, first_corner):
@@ -153,12 +153,15 @@ def build_cell_mesh(graph: LineGraph, pieces: Pieces, arcs, complex_: CellComple
 
 
 def _triangulate(pieces, shared, point):
-    """Triangles as they are; larger pieces as stars round their middle, which cannot fold."""
+    """Triangles as they are; larger pieces as stars round their middle, which cannot fold.
+
+    So are pieces of two corners, without area, where a line turned back to its side of entry.
+    """
     size = np.diff(pieces.corner_offset)
     simple = np.flatnonzero(size == 3)
     first = pieces.corner_offset[simple]
     whole = shared[first[:, None] + np.arange(3)]
-    large = np.flatnonzero(size > 3)
+    large = np.flatnonzero(size != 3)
     begin, count = pieces.corner_offset[large], size[large]
     number = np.repeat(np.arange(len(large)), count)
     within = np.arange(len(number)) - np.repeat(np.cumsum(count) - count, count)

@@ -16,6 +16,8 @@ from .constraints import Constraints
 from .surface import TriangleSurface
 
 QUARTER = np.pi / 2
+# Radians within which a turn counts as half a quarter.
+TIE = 1e-9
 
 
 def wrap(angle):
@@ -68,11 +70,12 @@ def build_cross_field(
 def edge_rotations(surface: TriangleSurface, angle: np.ndarray) -> np.ndarray:
     """(3F,) float64, smallest turn of the cross along each halfedge, in [-pi/4, pi/4].
 
-    Exactly opposite on twins, even where the turn is half a quarter and both signs would do.
+    Exactly opposite on twins, even where the turn is half a quarter and both signs would do. Such a
+    tie goes one way, however the angles are rounded.
     """
     edge, twin = surface.edges, surface.twin[surface.edges]
     tail, head = surface.tail[edge], surface.head[edge]
-    smallest = wrap(angle[head] - angle[tail] - surface.transport[edge])
+    smallest = wrap(angle[head] - angle[tail] - surface.transport[edge] - TIE) + TIE
     rotation = np.empty(len(surface.twin))
     rotation[edge] = smallest
     rotation[twin[twin >= 0]] = -smallest[twin >= 0]

@@ -20,6 +20,10 @@ from .line_field import QUARTER, LineField
 
 # A new point keeps this share of the side it divides on either hand: polygons stay usable.
 MARGIN = 0.02
+# A ray that passes a point at less than this share of the polygon's size runs straight at it.
+STRAIGHT_AT = 1e-6
+# A way out that is a smaller share than this of a side is none.
+SMALLEST_GAP = 1e-6
 
 
 def chord_tag(line: int, exit_branch: int) -> int:
@@ -44,12 +48,17 @@ class Polygon:
         self.points.insert(side + 1, point)
         self.tags.insert(side + 1, self.tags[side])
 
-    def side_from(self, first: int, second: int) -> int:
-        """Number of the side from one point to another, -1 if there is none."""
+    def side_from(self, first: int, second: int, on_line: bool) -> int:
+        """Number of the side from one point to another, -1 if there is none.
+
+        on_line  a piece of a line is meant, else one of the triangle: where a line turned back to
+                 its side of entry, both join the same points
+        """
         count = len(self.points)
         for side, point in enumerate(self.points):
             if point == first and self.points[(side + 1) % count] == second:
-                return side
+                if (self.tags[side] >= 3) == on_line:
+                    return side
         return -1
 
 
@@ -115,6 +124,22 @@ class SplitFace:
             return (tag - 3) % 4
         return None if self.wall_exit[tag] is None else self.wall_exit[tag] % 4
 
+    def outward(self, side: int, branch: int):
+        """The parameters of a side (low, high) at which a branch points out of the triangle.
+
+        For inner sides; branch is numbered on side 0 of the triangle. None where it points inwards
+        everywhere.
+        """
+        turn = self.rotation[side]
+        first = self.relative[side] + (branch + self.branch_shift[side]) * QUARTER
+        # Outwards is between -pi and 0 against the side; the turn is far less than that.
+        first = (first + 0.5 * turn + 1.5 * pi) % (2 * pi) - 1.5 * pi - 0.5 * turn
+        if turn == 0.0:
+            return (0.0, 1.0) if -pi < first < 0.0 else None
+        ends = sorted(((-pi - first) / turn, -first / turn))
+        low, high = max(ends[0], 0.0), min(ends[1], 1.0)
+        return (low, high) if high > low else None
+
     def ray_exit(self, start, angle: float, entry: int):
         """Side and parameter where a ray from a point of side `entry` (-1: inside) leaves."""
         dx, dy = cos(angle), sin(angle)
@@ -126,10 +151,10 @@ class SplitFace:
                 best = (side, -right / (left - right))
         return best
 
-    def polygon_with_side(self, first: int, second: int):
+    def polygon_with_side(self, first: int, second: int, on_line: bool):
         """The polygon, and its side number, with a side from one point to the other."""
         for polygon in self.polygons:
-            side = polygon.side_from(first, second)
+            side = polygon.side_from(first, second, on_line)
             if side >= 0:
                 return polygon, side
         raise KeyError((self.face, first, second))
@@ -160,12 +185,14 @@ def aim(split: SplitFace, polygon: Polygon, start: int, angle: float):
     angle = _turned_inside(offset, angle)
     dx, dy = cos(angle), sin(angle)
     cross = [dx * y - dy * x for x, y in offset]
+    # A ray straight at a point passes it on its left, however the angle is rounded.
+    near = STRAIGHT_AT * max(abs(x) + abs(y) for x, y in offset)
     for side in range(1, len(cross) - 1):
-        if cross[side] > 0.0:
+        if cross[side] > -near:
             break
     else:
         side = len(cross) - 1
-    right, left = cross[side - 1], cross[side]
+    right, left = cross[side - 1], max(cross[side], 0.0)
     share = -right / (left - right) if left > right else 0.5
     return side, min(max(share, MARGIN), 1.0 - MARGIN), angle
 
@@ -193,3 +220,43 @@ def split_polygon(split, polygon: Polygon, start: int, side: int, point: int, li
     polygon.tags = tags[: side + 1] + [chord_tag(line, branch + 1)]
     left_tags = [chord_tag(line, branch - 1)] + tags[side:]
     split.polygons.append(Polygon([points[0], point] + points[side + 1 :], left_tags))
+
+
+def way_out(split: SplitFace, polygon: Polygon, side: int, line, strict: bool):
+    """Shares (low, high) of a polygon's side by which a line may leave; None: it may not.
+
+    line    has `branch`, numbered on side 0 of the triangle, and `barred`, tags it may not leave by
+    strict  inner sides count only where the field, too, crosses them outwards
+    """
+    tag = polygon.tags[side]
+    if tag >= 3 or split.wall_exit[tag] is not None or not strict:
+        open_to_it = tag not in line.barred and split.exit_branch(tag) in (None, line.branch % 4)
+        return (0.0, 1.0) if open_to_it else None
+    way = split.outward(tag, line.branch)
+    if way is None:
+        return None
+    first, second = polygon.points[side], polygon.points[(side + 1) % len(polygon.points)]
+    begin = split.side_parameter(tag, split.place[first])
+    end = split.side_parameter(tag, split.place[second])
+    if end <= begin:
+        return None
+    low, high = (max(min((t - begin) / (end - begin), 1.0), 0.0) for t in way)
+    return (low, high) if high - low > SMALLEST_GAP else None
+
+
+def between(split: SplitFace, polygon: Polygon, side: int, share: float):
+    """The flat point that divides a side of a polygon; sides are counted round and round."""
+    count = len(polygon.points)
+    x0, y0 = split.place[polygon.points[side % count]]
+    x1, y1 = split.place[polygon.points[(side + 1) % count]]
+    return (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
+
+
+def misfit(split: SplitFace, polygon: Polygon, corner: int, angle: float) -> float:
+    """How far a direction lies outside a corner of a polygon; negative inside."""
+    x0, y0 = split.place[polygon.points[corner]]
+    x1, y1 = split.place[polygon.points[(corner + 1) % len(polygon.points)]]
+    x2, y2 = split.place[polygon.points[corner - 1]]
+    right = atan2(y1 - y0, x1 - x0)
+    half = 0.5 * ((atan2(y2 - y0, x2 - x0) - right) % (2 * pi))
+    return abs((angle - right - half + pi) % (2 * pi) - pi) - half

@@ -31,6 +31,8 @@ from .surface import (
 )
 
 QUARTER = np.pi / 2
+# A port this near to a spoke, in radians, counts as on it whatever way it is rounded.
+ON_SPOKE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -187,10 +189,47 @@ def inserted_ports(lines: LineField, number: int) -> list[Port]:
         # Only a point of extreme curvature does this: share the sectors out by angle.
         angle = np.cumsum([0.0] + [float(lines.corner_angle[s]) for s in spokes])
         value = first - count * QUARTER * angle / angle[-1]
-    highest = np.floor(first / QUARTER)
-    return [
+    highest = np.floor(first / QUARTER + ON_SPOKE)
+    ports = [
         _port_at(lines, spokes, value, branch, (highest - k) * QUARTER) for k in range(count)
     ]
+    return _beside_walls(lines, spokes, ports)
+
+
+def _beside_walls(lines, spokes, ports):
+    """The ports with those that run along a wall moved out of its sector, counter-clockwise.
+
+    Where a sector ends in the boundary only a line that runs against it may start there.
+    """
+    placed = []
+    for port in ports:
+        sector, outer = spokes.index(port.halfedge), next_halfedge(port.halfedge)
+        on_wall = port.branch + lines.next_branch[port.halfedge]
+        quarter = int(np.rint(lines.relative_angle[outer] / QUARTER) + on_wall) % 4
+        if lines.twin[outer] < 0 and quarter != 3:
+            late = port.angle > 0.5 * lines.corner_angle[port.halfedge]
+            step = 1 if quarter == 0 or (quarter == 1 and late) else -1
+            sector = (sector + step) % 3
+            port = _across_spoke(lines, port, spokes[sector], step)
+        placed.append((sector, port.angle, port))
+    return [port for _, _, port in sorted(placed, key=lambda entry: entry[:2])]
+
+
+def _across_spoke(lines, port, spoke, step):
+    """A port moved just across the next spoke (step 1) or the one before (-1) to another sector."""
+    if step == 1:
+        branch, angle = _on_next_spoke(lines, port.halfedge, port.branch), 1e-3
+    else:
+        branch, angle = port.branch - _on_next_spoke(lines, spoke, 0), 1.0 - 1e-3
+    return Port(port.vertex, int(spoke), float(angle * lines.corner_angle[spoke]), int(branch))
+
+
+def _on_next_spoke(lines, spoke, branch):
+    """The number on the next spoke of a branch of this one, passed on round the sector's outside."""
+    outer = next_halfedge(spoke)
+    inward = next_halfedge(outer)
+    shift = lines.next_branch[spoke] + lines.next_branch[outer] + lines.twin_branch[inward]
+    return branch + shift
 
 
 def _outward_spokes(lines, vertex):
@@ -209,9 +248,7 @@ def _sector_drop(lines, spoke, branch):
     """
     outer = next_halfedge(spoke)
     inward = next_halfedge(outer)
-    on_next = (
-        branch + lines.next_branch[spoke] + lines.next_branch[outer] + lines.twin_branch[inward]
-    )
+    on_next = _on_next_spoke(lines, spoke, branch)
     here = lines.relative_angle[spoke] + branch * QUARTER
     there = lines.relative_angle[lines.twin[inward]] + on_next * QUARTER
     expected = lines.corner_angle[spoke] - lines.rotation[outer]
@@ -220,7 +257,8 @@ def _sector_drop(lines, spoke, branch):
 
 
 def _port_at(lines, spokes, value, branch, target):
-    sector = min(max(int(np.searchsorted(-value, -target, side="right")) - 1, 0), 2)
+    sector = int(np.searchsorted(-value, ON_SPOKE - target, side="right")) - 1
+    sector = min(max(sector, 0), 2)
     fraction = (value[sector] - target) / (value[sector] - value[sector + 1])
     spoke = spokes[sector]
     # Branch b has angle value[sector] + (b - branch[sector]) * pi/2: the line's branch is outward.
@@ -232,6 +270,8 @@ def _port_at(lines, spokes, value, branch, target):
 def corner_ports(surface, lines: LineField, cross_angle, vertex: int, blocks: int) -> list[Port]:
     """The blocks - 1 ports of a boundary vertex, counter-clockwise, at multiples of Theta/blocks.
 
+    A port stays in the triangle that its branch of the cross points into.
+
     cross_angle  angle of branch 0 in the frame of the vertex, radians
     """
     fan = _line_fan(lines, vertex)
@@ -239,11 +279,13 @@ def corner_ports(surface, lines: LineField, cross_angle, vertex: int, blocks: in
     reach = np.concatenate([[0.0], np.cumsum(lines.corner_angle[fan])])
     ports = []
     for number in range(1, blocks):
-        direction = total * number / blocks
-        branch_angle = total / 2 + (number - blocks / 2) * QUARTER
-        branch = int(np.rint((branch_angle - cross_angle) / QUARTER))
-        sector = min(int(np.searchsorted(reach, direction, side="right")) - 1, len(fan) - 1)
-        ports.append(Port(vertex, int(fan[sector]), float(direction - reach[sector]), branch))
+        direction = total / 2 + (number - blocks / 2) * QUARTER
+        branch = int(np.rint((direction - cross_angle) / QUARTER))
+        # The triangle must be the one that the field points into; within it the fan is even.
+        sector = int(np.searchsorted(reach, direction + ON_SPOKE, side="right")) - 1
+        sector = min(sector, len(fan) - 1)
+        even = np.clip(total * number / blocks, reach[sector], reach[sector + 1])
+        ports.append(Port(vertex, int(fan[sector]), float(even - reach[sector]), branch))
     return ports
 
 

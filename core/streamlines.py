@@ -22,7 +22,7 @@ import numpy as np
 from .cells import NodeKind
 from .errors import Cancelled, LayoutError
 from .face_subdivision import (
-    MARGIN, SplitFace, aim, split_polygon, tag_line,
+    MARGIN, SplitFace, aim, between, misfit, split_polygon, tag_line, way_out,
 )
 from .line_field import LineField, Port
 
@@ -155,7 +155,7 @@ class LineGraph:
         face, side = divmod(halfedge, 3)
         split = self.split(face)
         first, second = self._wall_interval(halfedge, parameter)
-        polygon, number = split.polygon_with_side(first, second)
+        polygon, number = split.polygon_with_side(first, second, on_line=False)
         place = split.on_side(side, parameter)
         point = self._add_point(position or split.lift(place))
         split.place[point] = place
@@ -187,22 +187,22 @@ class LineGraph:
                 return point
         return None
 
-    def start_between(self, face: int, first: int, second: int) -> None:
+    def startbetween(self, face: int, first: int, second: int) -> None:
         """Queue a line that leaves a wall or a track to its left, half-way between two points."""
         split = self.split(face)
-        polygon, number = split.polygon_with_side(first, second)
-        tag = polygon.tags[number]
-        if tag >= 3:
-            self._start_at_chord(face, first, second)
-            return
-        middle = _between(split, polygon, number, 0.5)
-        self.start_at_wall(3 * face + tag, split.side_parameter(tag, middle))
+        try:
+            polygon, number = split.polygon_with_side(first, second, on_line=True)
+        except KeyError:
+            polygon, number = split.polygon_with_side(first, second, on_line=False)
+            tag, middle = polygon.tags[number], between(split, polygon, number, 0.5)
+            self.start_at_wall(3 * face + tag, split.side_parameter(tag, middle))
+        else:
+            self._start_at_chord(split, polygon, number)
 
-    def _start_at_chord(self, face: int, first: int, second: int) -> None:
-        """Queue a line that leaves a chord to its left, half-way between two of its points."""
-        split = self.split(face)
-        polygon, number = split.polygon_with_side(first, second)
-        tag = polygon.tags[number]
+    def _start_at_chord(self, split: SplitFace, polygon, number: int) -> None:
+        """Queue a line that leaves a chord, a side of the polygon, to its left at half its length."""
+        face, tag = split.face, polygon.tags[number]
+        first, second = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
         (x0, y0), (x1, y1) = split.place[first], split.place[second]
         place = ((x0 + x1) / 2, (y0 + y1) / 2)
         point = self._divide_chord(split, polygon, number, place, NodeKind.JUNCTION)
@@ -245,7 +245,7 @@ class LineGraph:
             side, share, angle = aim(split, polygon, start, angle)
             side, share = self._admissible(line, split, polygon, start, side, share)
             tag = polygon.tags[(start + side) % len(polygon.tags)]
-            place = _between(split, polygon, start + side, share)
+            place = between(split, polygon, start + side, share)
             self._measure(line, split, place)
             if tag < 3:
                 return self._leave(line, split, polygon, start, side, tag, place)
@@ -295,23 +295,30 @@ class LineGraph:
         if line.entry is None and point < len(self.lines.point):
             # Ports of a vertex start counter-clockwise: the wedge left of all earlier ones.
             return next(f for f in found if f[0].tags[f[1] - 1] == line.barred[1])
-        return min(found, key=lambda f: _misfit(split, *f, angle))
+        return min(found, key=lambda f: misfit(split, *f, angle))
 
     def _admissible(self, line, split, polygon, start, side, share):
-        """The side to leave by: the one aimed at, or the nearest that the line may pass."""
+        """The side to leave by and where: as aimed at, or the nearest way out for the line.
+
+        Ways out are lines of the other family that it may cross, the wall that it runs against, and
+        the pieces of inner sides where the field crosses outwards as the line does. As the field has
+        no singularity in a triangle, every polygon has one, and no line winds round a vertex. Two
+        lines that meet head-on may leave only the side of entry itself: there the line turns back.
+        """
         count = len(polygon.points)
-
-        def allowed(number):
-            tag = polygon.tags[(start + number) % count]
-            return tag not in line.barred and split.exit_branch(tag) in (None, line.branch % 4)
-
-        if allowed(side):
-            return side, share
         left_first = share > 0.5
+        order = [side]
         for distance in range(1, count):
-            for number in (side + distance, side - distance)[:: 1 if left_first else -1]:
-                if 1 <= number <= count - 2 and allowed(number):
-                    return number, MARGIN if number > side else 1.0 - MARGIN
+            order += [side + distance, side - distance][:: 1 if left_first else -1]
+        for strict in (True, False):
+            for number in order:
+                if not 0 <= number < count:
+                    continue
+                gap = way_out(split, polygon, (start + number) % count, line, strict)
+                if gap is not None:
+                    wish = share if number == side else float(number < side)
+                    room = MARGIN * (gap[1] - gap[0])
+                    return number, min(max(wish, gap[0] + room), gap[1] - room)
         raise LineTrapped(int(self.lines.origin_face[split.face]))
 
     def _measure(self, line, split, place):
@@ -337,7 +344,7 @@ class LineGraph:
         face, entry = divmod(twin, 3)
         neighbour = self.split(face)
         neighbour.place[point] = neighbour.on_side(entry, 1.0 - parameter)
-        across, opposite = neighbour.polygon_with_side(ends[1], ends[0])
+        across, opposite = neighbour.polygon_with_side(ends[1], ends[0], on_line=False)
         across.insert(opposite, point)
         line.branch += split.branch_shift[tag] + int(self.lines.twin_branch[halfedge])
         line.branch -= neighbour.branch_shift[entry]
@@ -353,7 +360,7 @@ class LineGraph:
         )
         kind = NodeKind.CROSSING if runs_on else NodeKind.JUNCTION
         ends = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
-        beyond, opposite = split.polygon_with_side(ends[1], ends[0])
+        beyond, opposite = split.polygon_with_side(ends[1], ends[0], on_line=True)
         point = self._mark_base(split, ends, place, tag, kind)
         beyond.insert(opposite, point)
         self._lay_chord(line, split, polygon, start, side, point)
@@ -380,10 +387,10 @@ class LineGraph:
 
     def _divide_chord(self, split, polygon, number, place, kind) -> int:
         ends = polygon.points[number], polygon.points[(number + 1) % len(polygon.points)]
-        beyond, opposite = split.polygon_with_side(ends[1], ends[0])
+        beyond, opposite = split.polygon_with_side(ends[1], ends[0], on_line=True)
         point = self._mark_base(split, ends, place, polygon.tags[number], kind)
         beyond.insert(opposite, point)
-        polygon.insert(polygon.side_from(*ends), point)
+        polygon.insert(number, point)
         return point
 
     def _wall_interval(self, halfedge, parameter):
@@ -398,13 +405,6 @@ class LineGraph:
         raise LayoutError("Two lines start at one point of the boundary; move one of them.")
 
 
-def _between(split, polygon, side, share):
-    count = len(polygon.points)
-    x0, y0 = split.place[polygon.points[side % count]]
-    x1, y1 = split.place[polygon.points[(side + 1) % count]]
-    return (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
-
-
 def _segment(points, first, second):
     """Where two points follow each other in a track: (position of the earlier, first is it)."""
     for at in range(len(points) - 1):
@@ -413,13 +413,3 @@ def _segment(points, first, second):
         if points[at] == second and points[at + 1] == first:
             return at, False
     raise KeyError((first, second))
-
-
-def _misfit(split, polygon, corner, angle):
-    """How far a direction lies outside a corner of a polygon; negative inside."""
-    x0, y0 = split.place[polygon.points[corner]]
-    x1, y1 = split.place[polygon.points[(corner + 1) % len(polygon.points)]]
-    x2, y2 = split.place[polygon.points[corner - 1]]
-    right = atan2(y1 - y0, x1 - x0)
-    half = 0.5 * ((atan2(y2 - y0, x2 - x0) - right) % (2 * pi))
-    return abs((angle - right - half + pi) % (2 * pi) - pi) - half

@@ -100,5 +100,22 @@ def test_tags_hold_line_and_exit():
 
 def test_a_missing_side_is_reported(split):
     with pytest.raises(KeyError):
-        split.polygon_with_side(-5, -6)
-    assert Polygon([1, 2, 3], [0, 1, 2]).side_from(2, 1) == -1
+        split.polygon_with_side(-5, -6, on_line=True)
+    assert Polygon([1, 2, 3], [0, 1, 2]).side_from(2, 1, on_line=False) == -1
+
+
+@pytest.mark.parametrize("name", ["octant", "torus"])
+def test_a_branch_leaves_a_triangle_where_the_field_points_out(name):
+    surface = surfaces.octant(4) if name == "octant" else surfaces.torus(12, 8)
+    _, field = smooth_field(surface, 1.0)
+    lines = build_line_field(surface, field, np.flatnonzero(field.index))
+    share = np.linspace(0.005, 0.995, 100)
+    for face in range(0, len(lines.triangle), 7):
+        split = SplitFace(lines, face)
+        for side in np.flatnonzero(lines.twin[3 * face : 3 * face + 3] >= 0):
+            for branch in range(-5, 4):
+                angle = [split.field_angle(side, t, branch) - split.edge_angle[side] for t in share]
+                outward = np.sin(angle) < 0
+                low, high = split.outward(side, branch) or (2.0, 2.0)
+                sure = np.abs(np.sin(angle)) > 1e-3
+                assert np.array_equal(outward[sure], ((share > low) & (share < high))[sure])

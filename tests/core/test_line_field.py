@@ -125,3 +125,23 @@ def test_inserting_points_keeps_the_area_and_knows_the_origin():
     tail = lines.triangle.ravel()[lines.halfedge_number]
     assert np.array_equal(tail, surface.tail)
     assert np.count_nonzero(field.index) == len(lines.inserted)
+
+
+def test_only_a_line_against_the_wall_starts_in_a_sector_that_ends_there():
+    """Singularities of every kind in the triangles along the boundary of a wild field."""
+    seen = 0
+    for seed in range(8):
+        _, _, field, lines = line_field("crumpled", 1.6, seed)
+        for number in range(len(lines.inserted)):
+            ports = inserted_ports(lines, number)
+            assert len(ports) == 4 - lines.inserted_index[number]
+            branches = []
+            for port in ports:
+                outer = next_halfedge(port.halfedge)
+                if lines.twin[outer] >= 0:
+                    continue
+                turn = lines.relative_angle[outer] / QUARTER + port.branch
+                branches.append(int(np.rint(turn) + lines.next_branch[port.halfedge]) % 4)
+            assert branches in ([], [3])
+            seen += len(branches)
+    assert seen > 0
