@@ -45,7 +45,7 @@ def timed(command):
             command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT
         )
     except subprocess.TimeoutExpired:
-        return float("nan"), f"no result in {TIME_LIMIT} s"
+        return float("inf"), f"no result in {TIME_LIMIT} s"
     after = os.times()
     seconds = after.children_user + after.children_system
     seconds -= before.children_user + before.children_system
@@ -184,7 +184,11 @@ def main():
                 head = () if name == "Crossfield" else (name,)
                 outcome = run(*head, path, arguments.quads, Path(folder))
             seconds, stages, points, faces, failure = outcome
-            row = {"input": path.stem, "program": name, "CPU s": f"{seconds:.2f}"}
+            row = {
+                "input": path.stem,
+                "program": name,
+                "CPU s": f"{seconds:.2f}" if np.isfinite(seconds) else "-",
+            }
             row |= {"quads": failure} if failure else measure(points, faces, surface)
             rows.append(row)
             if stages:

@@ -151,6 +151,16 @@ def _add_settings(command):
         default=_DEFAULTS.stop_after,
         help="last stage to run (%(default)s)",
     )
+    settings.add_argument(
+        "--weld-distance",
+        type=float,
+        metavar="L",
+        default=_DEFAULTS.weld_distance,
+        help="vertices no farther apart count as one (%(default).0f)",
+    )
+    settings.add_argument(
+        "--no-repair", action="store_true", help="refuse a faulty mesh instead of repairing it"
+    )
     settings.add_argument("--keep-lines", action="store_true", help="lines in the Blender file too")
     settings.add_argument("--object", metavar="NAME", help="mesh object to take from a .blend")
 
@@ -164,6 +174,8 @@ def _settings(arguments) -> Settings:
         kink_angle=radians(arguments.kink_angle),
         feature_angle=radians(arguments.feature_angle) if arguments.feature_angle else None,
         feature_follow_angle=radians(arguments.feature_follow_angle),
+        weld_distance=arguments.weld_distance,
+        repair=not arguments.no_repair,
         line_distance=arguments.line_distance,
         line_turn=radians(arguments.line_turn),
         stop_after=arguments.stop_after,

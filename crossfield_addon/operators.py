@@ -76,16 +76,23 @@ class _StageOperator(SettingProperties):
                 setattr(self, name, getattr(scene_settings, name))
 
     def draw(self, context):
-        draw_settings(self.layout, self, self.stop_after)
+        if self.stop_after == "quads":
+            draw_size(self.layout, self)
+        draw_details(self.layout, self, self.stop_after)
 
 
-def draw_settings(layout, settings, stop_after="quads"):
-    """The controls for the settings that matter up to a stage."""
+def draw_size(layout, settings):
+    """The controls for the size of the quads."""
     layout.use_property_split = True
     layout.use_property_decorate = False
-    if stop_after == "quads":
-        layout.prop(settings, "size")
-        layout.prop(settings, "quad_count" if settings.size == "COUNT" else "edge_length")
+    layout.prop(settings, "size")
+    layout.prop(settings, "quad_count" if settings.size == "COUNT" else "edge_length")
+
+
+def draw_details(layout, settings, stop_after="quads"):
+    """The controls for everything else that matters up to a stage."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
     layout.prop(settings, "relaxation")
     if stop_after != "field":
         layout.prop(settings, "lines")
@@ -97,6 +104,8 @@ def draw_settings(layout, settings, stop_after="quads"):
     if settings.keep_creases:
         layout.prop(settings, "feature_angle")
         layout.prop(settings, "feature_follow_angle")
+    layout.prop(settings, "repair")
+    layout.prop(settings, "weld_distance")
     if stop_after == "quads":
         layout.prop(settings, "keep_lines")
 

@@ -7,7 +7,7 @@ import textwrap
 import bpy
 
 from . import results
-from .operators import draw_settings
+from .operators import draw_details, draw_size
 
 
 class CROSSFIELD_PT_main(bpy.types.Panel):
@@ -21,7 +21,7 @@ class CROSSFIELD_PT_main(bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        draw_settings(layout.column(), context.scene.crossfield)
+        draw_size(layout.column(), context.scene.crossfield)
         column = layout.column(align=True)
         column.scale_y = 1.4
         column.operator("crossfield.decompose", icon="MESH_GRID")
@@ -44,3 +44,18 @@ class CROSSFIELD_PT_main(bpy.types.Panel):
         for text, icon in [(sentence, "CHECKMARK")] + [(note, "ERROR") for note in notes]:
             for number, line in enumerate(textwrap.wrap(text, width)):
                 box.label(text=line, icon="BLANK1" if number else icon)
+
+
+class CROSSFIELD_PT_details(bpy.types.Panel):
+    """The settings that a first run need not touch"""
+
+    bl_idname = "CROSSFIELD_PT_details"
+    bl_label = "Settings"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Crossfield"
+    bl_parent_id = "CROSSFIELD_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        draw_details(self.layout.column(), context.scene.crossfield)

@@ -113,6 +113,21 @@ class SettingProperties:
         subtype="ANGLE",
         options=_OPTIONS,
     )
+    repair: bpy.props.BoolProperty(
+        name="Repair",
+        description="Repair a faulty mesh inside, instead of refusing it; the mesh itself stays",
+        default=_DEFAULTS.repair,
+        options=_OPTIONS,
+    )
+    weld_distance: bpy.props.FloatProperty(
+        name="Weld distance",
+        description="Vertices no farther apart count as one, in the object's own space",
+        default=_DEFAULTS.weld_distance,
+        min=0.0,
+        precision=4,
+        unit="LENGTH",
+        options=_OPTIONS,
+    )
     keep_lines: bpy.props.BoolProperty(
         name="Keep the lines",
         description="Also show the traced lines as a curve object of their own",
@@ -130,6 +145,8 @@ class SettingProperties:
             kink_angle=self.kink_angle,
             feature_angle=self.feature_angle if self.keep_creases else None,
             feature_follow_angle=self.feature_follow_angle,
+            weld_distance=self.weld_distance,
+            repair=self.repair,
             line_distance=self.line_distance,
             line_turn=self.line_turn,
             stop_after=stop_after,

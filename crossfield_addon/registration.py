@@ -13,6 +13,7 @@ _CLASSES = (
     operators.CROSSFIELD_OT_trace,
     operators.CROSSFIELD_OT_clear,
     panel.CROSSFIELD_PT_main,
+    panel.CROSSFIELD_PT_details,
 )
 _commands = []
 

@@ -16,7 +16,8 @@ import crossfield
 
 ROOT = Path(crossfield.ROOT)
 FLAGS = "--output --quads --report --picture --edge-length --quad-count --relaxation --lines"
-FLAGS += " --kink-angle --feature-angle --feature-follow-angle --line-distance --line-turn --stop-after --keep-lines --object"
+FLAGS += " --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
+FLAGS += " --line-distance --line-turn --stop-after --keep-lines --object"
 needs_blender = pytest.mark.skipif(
     importlib.util.find_spec("bpy") is None, reason="Blender's Python module is not installed"
 )
@@ -100,7 +101,7 @@ def test_edge_length(plate, tmp_path):
     [("--relaxation", v) for v in ("none", "harmonic", "diffused")]
     + [("--lines", v) for v in ("motorcycle", "full")]
     + [("--kink-angle", 30), ("--feature-angle", 0), ("--feature-follow-angle", 30)]
-    + [("--line-distance", 3), ("--line-turn", 720)],
+    + [("--weld-distance", 0.001), ("--line-distance", 3), ("--line-turn", 720)],
 )
 def test_settings(plate, tmp_path, option, value):
     report = tmp_path / "r.json"
@@ -142,6 +143,7 @@ def test_help_names_every_flag(capsys):
         (["--stop-after", "lunch"], ["lunch", "field"]),
         (["--kink-angle", "120"], ["kink angle"]),
         (["--line-distance", "-1"], ["limits"]),
+        (["--weld-distance", "-1"], ["weld distance"]),
         (["--feature-angle", "200"], ["feature angles"]),
         (["--feature-angle", "30", "--feature-follow-angle", "50"], ["must not exceed"]),
         (["--colour", "red"], ["--colour"]),
@@ -210,7 +212,7 @@ def test_meshes_that_cannot_be_decomposed(tmp_path, capsys, points, polygons, wo
     path = write_obj(tmp_path / "bad.obj", points, polygons)
     old = tmp_path / "q.obj"
     old.write_text("earlier result")
-    assert run(path, "--quads", old, "--report", tmp_path / "r.json") == 2
+    assert run(path, "--no-repair", "--quads", old, "--report", tmp_path / "r.json") == 2
     refused(capsys, 2, *words)
     assert old.read_text() == "earlier result"
     assert sorted(contents(tmp_path)) == ["bad.obj", "q.obj"]
