@@ -192,12 +192,13 @@ def verify_sheets(gluing: Gluing, length) -> np.ndarray:
 
     length  (A,) int64, lengths of the arcs of the glued complex
 
-    Raises LayoutError as `quads.verify_lengths` does.
+    Valences are those of the glued quads alone: where arcs vanish, a singularity of a chart may
+    come to lie on its feature edge. Raises LayoutError as `quads.verify_lengths` does.
     """
     surface = gluing.charts.surface
     _, short = verify_lengths(
         gluing.complex, np.asarray(length)[gluing.arc], surface.euler_characteristic,
-        surface.loop_count, surface.component_count,
+        surface.loop_count, surface.component_count, valences=False,
     )
     wanted = np.zeros(len(length), bool)
     wanted[gluing.arc[short]] = True

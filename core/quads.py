@@ -88,13 +88,14 @@ def verify_topology(
     euler_characteristic: int,
     loop_count: int,
     component_count: int,
+    valences: bool = True,
 ):
     """Test that the quads make the surface that they are meant to make.
 
     Raises LayoutError with the cause where nodes that must stay apart share a vertex, boundary
     loops touch, the mesh is not a manifold of the given Euler characteristic, number of boundary
-    loops and components, or a vertex has another number of quads than the line graph says.
-    CoarseLayoutError where quads are too large to keep parts of the surface apart.
+    loops and components, or (with `valences`) a vertex has another number of quads than the line
+    graph says. CoarseLayoutError where quads are too large to keep parts of the surface apart.
     """
     if not len(layout.quad):
         raise LayoutError("The layout has room for no quad at all; ask for more quads.")
@@ -113,7 +114,8 @@ def verify_topology(
             "The quads have Euler characteristic {}, {} boundary loops and {} parts".format(*found)
             + " instead of {}, {} and {}; ask for more quads.".format(*wanted)
         )
-    _verify_valences(mesh, layout, complex)
+    if valences:
+        _verify_valences(mesh, layout, complex)
 
 
 def verify_lengths(
@@ -122,6 +124,7 @@ def verify_lengths(
     euler_characteristic: int,
     loop_count: int,
     component_count: int,
+    valences: bool = True,
 ):
     """Fill the cells and verify, telling bad layouts from those that are only too coarse.
 
@@ -129,7 +132,7 @@ def verify_lengths(
     Raises LayoutError if not even much longer arcs, with the same arcs zero, make the surface.
     (method section 8)
     """
-    expected = euler_characteristic, loop_count, component_count
+    expected = euler_characteristic, loop_count, component_count, valences
     layout = build_quads(complex, length)
     try:
         verify_topology(layout, complex, *expected)
