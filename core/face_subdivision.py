@@ -56,9 +56,10 @@ class Polygon:
         """
         count = len(self.points)
         for side, point in enumerate(self.points):
-            if point == first and self.points[(side + 1) % count] == second:
-                if (self.tags[side] >= 3) == on_line:
-                    return side
+            if (point, self.points[(side + 1) % count]) != (first, second):
+                continue
+            if (self.tags[side] >= 3) == on_line:
+                return side
         return -1
 
 

@@ -187,7 +187,7 @@ class LineGraph:
                 return point
         return None
 
-    def startbetween(self, face: int, first: int, second: int) -> None:
+    def start_between(self, face: int, first: int, second: int) -> None:
         """Queue a line that leaves a wall or a track to its left, half-way between two points."""
         split = self.split(face)
         try:
