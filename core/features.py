@@ -19,8 +19,9 @@ _LARGEST_TURN = np.radians(60)
 _LEAST_CONTRAST = 8.0
 # Open pieces count from this share of the diagonal on, or from a smaller one if made of many edges.
 _OPEN_SHARE, _FINE_OPEN_SHARE, _FINE_OPEN_EDGES = 0.1, 0.03, 6
-# Closed features narrower than this share of the diagonal need so many edges to count.
-_CLOSED_SHARE, _CLOSED_EDGES = 0.03, 12
+# Closed features narrower than this share of the diagonal need so many edges to count: simple
+# loops such as the rims of holes, and those with junctions, as spikes have them.
+_CLOSED_SHARE, _LOOP_EDGES, _SPIKE_EDGES = 0.03, 12, 24
 # Charts narrower than this share of the diagonal are faults of the mesh, as folded needles.
 _LEAST_WIDTH = 1e-3
 # A crease that nears another one at less than this angle ends where they are this share of the
@@ -194,7 +195,10 @@ def _drop_specks(surface, crease):
     np.minimum.at(low, np.tile(group, 2), surface.points[ends])
     np.maximum.at(high, np.tile(group, 2), surface.points[ends])
     size = np.linalg.norm(high - low, axis=1)
-    speck = (size < _CLOSED_SHARE * surface.diagonal) & (count < _CLOSED_EDGES)
+    least = np.full(len(count), _LOOP_EDGES)
+    degree = np.bincount(ends, minlength=surface.vertex_count)
+    least[group[(degree[ends] > 2).reshape(2, -1).any(0)]] = _SPIKE_EDGES
+    speck = (size < _CLOSED_SHARE * surface.diagonal) & (count < least)
     gone = edge[speck[group]]
     crease[gone] = crease[surface.twin[gone]] = False
 
