@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .chords import choose_counts, divisions, find_chords, locked_counts, mean_lengths
+from .chords import (
+    Chords,
+    choose_counts,
+    divisions,
+    find_chords,
+    locked_counts,
+    mean_lengths,
+)
 from .decomposition import Decomposition, QuadMesh
 from .edge_spacing import edge_fractions, kinks_inside
 from .errors import LayoutError, SettingsError
@@ -18,8 +25,6 @@ from .wall_spacing import Grading, edge_loops, space_edges
 
 # Below this scaled Jacobian new divisions are improved upon.
 _WORST_SHAPE = 0.2
-# Times that the divisions are doubled for a finer geometry to grade.
-_MOST_REFINEMENTS = 2
 
 
 def redivide(
@@ -50,15 +55,8 @@ def redivide(
     least = _least_counts(chords, locked, kinks_inside(placement.fixed, blocks) + 1)
     wish, wanted = _wishes(decomposition, chords, length, edge_length, quad_count)
     count = choose_counts(blocks, chords, wish, locked, least, wanted)
-    given, wall_side = [None] * len(length), None
-    if grading is not None:
-        loop = edge_loops(blocks, placement.loop)
-        spacing = space_edges(
-            blocks, chords, placement.point, loop, length, count, locked, grading
-        )
-        count, given, wall_side = spacing.count, spacing.fraction, spacing.wall_side
-    division = _Wanted(count[chords.edge_chord], given, wall_side, grading)
-    fresh = _divide(decomposition, chords, division, arcs)
+    wanted = _Wanted(chords, count, locked, grading)
+    fresh = _divide(decomposition, wanted)
     return replace(
         decomposition, quads=_quad_mesh(surface, fresh), blocks=fresh.blocks,
         placement=fresh.placement,
@@ -67,44 +65,49 @@ def redivide(
 
 @dataclass(frozen=True)
 class _Wanted:
-    """Divisions (E,), prescribed fractions of edges or None, graded sides and their grading."""
+    """Divisions (chords,) before grading, locked ones (chords,), 0 where free, and the grading."""
 
+    chords: Chords
     count: np.ndarray
-    given: list
-    wall_side: np.ndarray | None = None
-    grading: Grading | None = None
+    locked: np.ndarray
+    grading: Grading | None
 
 
-def _divide(decomposition, chords, wanted, arcs) -> Regridded:
+def _divide(decomposition, wanted: _Wanted) -> Regridded:
     """Divide the blocks; where quads fold, smooth them, or grade a finer and smoothed grid."""
     surface = decomposition.surface
-    coarse = Regridded(decomposition.placement, decomposition.quads.quads, decomposition.blocks)
-    fresh = _regrid(surface, coarse, chords, wanted, arcs)
-    for _ in range(_MOST_REFINEMENTS):
-        # Vertices on feature edges would leave them when smoothed as if they were inside.
-        if decomposition.charts is not None or _shape(surface, fresh).min() > _WORST_SHAPE:
-            break
-        if wanted.grading is None:
-            better = replace(fresh, placement=smooth(surface, fresh.placement, fresh.quads))
-        else:
-            plain = _Wanted(2 * divisions(coarse.blocks), [None] * len(arcs))
-            coarse = _regrid(surface, coarse, chords, plain, arcs)
-            coarse = replace(coarse, placement=smooth(surface, coarse.placement, coarse.quads))
-            arcs = edge_arcs(surface, coarse.placement, coarse.blocks)
-            better = _regrid(surface, coarse, chords, wanted, arcs)
-        if _shape(surface, better).min() > _shape(surface, fresh).min():
-            fresh = better
-        if wanted.grading is None:
-            break
-    return fresh
+    given = Regridded(decomposition.placement, decomposition.quads.quads, decomposition.blocks)
+    fresh = _regrid(surface, given, wanted)
+    # Vertices on feature edges would leave them when smoothed as if they were inside.
+    if decomposition.charts is not None or _shape(surface, fresh).min() > _WORST_SHAPE:
+        return fresh
+    if wanted.grading is None:
+        return _smoothed(surface, fresh)
+    count = np.zeros_like(wanted.count)
+    count[wanted.chords.edge_chord] = 2 * divisions(given.blocks)
+    finer = _smoothed(surface, _regrid(surface, given, replace(wanted, count=count, grading=None)))
+    better = _regrid(surface, finer, wanted)
+    return max(fresh, better, key=lambda grid: _shape(surface, grid).min())
 
 
-def _regrid(surface, coarse: Regridded, chords, wanted: _Wanted, arcs) -> Regridded:
-    placement, blocks = coarse.placement, coarse.blocks
-    fraction = edge_fractions(
-        blocks, chords, placement.fixed, arcs, wanted.count, wanted.given
-    )
-    division = Division(wanted.count, fraction, wanted.wall_side, wanted.grading)
+def _smoothed(surface, grid: Regridded) -> Regridded:
+    return replace(grid, placement=smooth(surface, grid.placement, grid.quads))
+
+
+def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
+    """Divide the blocks of a quad mesh with the same chords."""
+    placement, blocks, chords = given.placement, given.blocks, wanted.chords
+    arcs = edge_arcs(surface, placement, blocks)
+    count, prescribed, wall_side = wanted.count, [None] * len(arcs), None
+    if wanted.grading is not None:
+        spacing = space_edges(
+            blocks, chords, placement.point, edge_loops(blocks, placement.loop),
+            np.array([arc[-1] for arc in arcs]), count, wanted.locked, wanted.grading,
+        )
+        count, prescribed, wall_side = spacing.count, spacing.fraction, spacing.wall_side
+    count = count[chords.edge_chord]
+    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, prescribed)
+    division = Division(count, fraction, wall_side, wanted.grading)
     return regrid(surface, placement, blocks, arcs, division)
 
 

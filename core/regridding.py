@@ -25,6 +25,10 @@ from .wall_spacing import LEAST_SINE, Grading, sine
 
 # Nodes this near to an old vertex, in old divisions, are that vertex.
 _SAME_INDEX = 1e-9
+# Power by which a difference of block edges from the rule for graded lines fades across a block.
+_EDGE_FADING = 3
+# Points this near to the surface, in diagonals of its bounding box, lie on it.
+_ON_SURFACE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -159,7 +163,7 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
             nodes.point[here] = _sample_curve(placement.point[chain], index)
     inside = np.repeat(~blocks.edge_on_boundary, np.diff(offset))
     inside &= nodes.index != np.rint(nodes.index)
-    nodes.point[inside], nodes.face[inside] = closest_point(
+    nodes.point[inside], nodes.face[inside] = _onto(
         surface, nodes.point[inside], nodes.face[inside]
     )
     return nodes
@@ -254,8 +258,23 @@ def _place(surface, old, blocks, fresh, nodes, division) -> Placement:
         point[vertex] = place[1:-1, 1:-1]
         near = grid[np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)]
         face[vertex] = old.face[near][1:-1, 1:-1]
-    point[inner], face[inner] = closest_point(surface, point[inner], face[inner])
+    point[inner], face[inner] = _onto(surface, point[inner], face[inner])
     return Placement(point, face, loop, position, fixed)
+
+
+def _onto(surface, point, face):
+    """Closest points near the given faces, or those of the whole surface where these are far nearer.
+
+    A search from a face can end at a wall: beside a corner that points into the surface, the
+    nearest old vertex may lie behind that corner.
+    """
+    near, near_face = closest_point(surface, point, face)
+    away = np.linalg.norm(near - point, axis=1)
+    doubtful = np.flatnonzero(away > _ON_SURFACE * surface.diagonal)
+    other, other_face = closest_point(surface, point[doubtful])
+    nearer = np.linalg.norm(other - point[doubtful], axis=1) < away[doubtful] / 2
+    near[doubtful[nearer]], near_face[doubtful[nearer]] = other[nearer], other_face[nearer]
+    return near, near_face
 
 
 def _side(nodes: _Nodes, edge, forward):
@@ -347,8 +366,13 @@ def _graded_lines(grid, low, high, v, border, gain, walls, grading):
             height.append(grading.first_height / np.maximum(lean, LEAST_SINE))
         else:
             height.append((1 - weight) * cell[0] + weight * cell[1])
-    position = graded_positions(arc[-1], len(v) - 1, *height, grading.growth)
+    share_of_arc = graded_positions(arc[-1], len(v) - 1, *height, grading.growth) / arc[-1][:, None]
+    # The lines on block edges are given: lines beside them differ from their rule as they do.
+    for side, fade in ((0, 1 - weight), (-1, weight)):
+        differs = edge_arc[:, side] / arc[-1, side] - share_of_arc[side]
+        share_of_arc += fade[:, None] ** _EDGE_FADING * differs
     result = v.copy()
     for column in range(1, len(low) - 1):
-        result[:, column] = np.interp(position[column], arc[:, column], share[:, 0])
+        place = share_of_arc[column] * arc[-1, column]
+        result[:, column] = np.interp(place, arc[:, column], share[:, 0])
     return result
