@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .flips import flip, independent_flips
 from .manifold import crowded_halfedges
-from .surface import match_twins, next_halfedge, previous_halfedge
+from .surface import match_twins
 
 _FLAT = 1e-10  # height of a triangle over its longest edge that counts as no height
 _ROUNDS = 100
@@ -53,40 +54,11 @@ def without_flat_triangles(points, triangles, polygon):
         if len(alone):
             triangles, polygon = np.delete(triangles, alone, 0), np.delete(polygon, alone)
             continue
-        longest = _flippable(points, triangles, longest, twin)
+        longest = independent_flips(triangles, longest, twin)
         if not len(longest):
             break
         triangles, polygon = triangles.copy(), polygon.copy()
-        _flip(triangles, longest, twin[longest])
+        flip(triangles, longest, twin[longest])
         polygon[longest // 3] = polygon[twin[longest] // 3]
     flat = find_flat_triangles(points, triangles)
     return np.delete(triangles, flat, 0), np.delete(polygon, flat)
-
-
-def _flippable(points, triangles, halfedge, twin):
-    """Those halfedges whose flip gives no second edge with the same ends; one at a triangle."""
-    vertex = triangles.ravel()
-    one, two = vertex[previous_halfedge(halfedge)], vertex[previous_halfedge(twin[halfedge])]
-    stride = np.int64(len(points))
-    there = vertex * stride + vertex[next_halfedge(np.arange(len(vertex)))]
-    wanted = np.minimum(one, two) * stride + np.maximum(one, two)
-    other = np.maximum(one, two) * stride + np.minimum(one, two)
-    good = ~np.isin(wanted, there) & ~np.isin(other, there) & (one != two)
-    halfedge = halfedge[good]
-    first = np.unique(wanted[good], return_index=True)[1]
-    halfedge = halfedge[np.sort(first)]
-    # Of flips that share a triangle the one of least number is done.
-    face = np.stack([halfedge // 3, twin[halfedge] // 3])
-    least = np.full(len(triangles), len(vertex))
-    for row in face:
-        np.minimum.at(least, row, halfedge)
-    return halfedge[(least[face] == halfedge).all(0)]
-
-
-def _flip(triangles, halfedge, twin):
-    """Put the other diagonal into the quads of the given pairs of triangles, in place."""
-    vertex = triangles.ravel()
-    tail, head = vertex[halfedge], vertex[twin]
-    apex, beyond = vertex[previous_halfedge(halfedge)], vertex[previous_halfedge(twin)]
-    triangles[halfedge // 3] = np.stack([apex, tail, beyond], axis=1)
-    triangles[twin // 3] = np.stack([head, apex, beyond], axis=1)

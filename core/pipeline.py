@@ -24,9 +24,12 @@ from .layout import trace_layout
 from .propagation import propagate
 from .refinement import split_boundary_chords
 from .relaxation import relax
+from .resolution import WorkingSurface, refine
 from .settings import Settings
 from .singularities import find_singularities
 from .surface import build_surface
+from .unit_frame import unit_frame
+from .user_coordinates import in_user_coordinates, settings_in_frame
 
 # Share of the whole work after which each stage ends, for the progress bar.
 STAGE_ENDS = {
@@ -81,18 +84,22 @@ def decompose(
     run = Run(progress, cancelled)
     with run.stage("surface"):
         mesh = clean(points, polygons, settings.weld_distance, settings.repair)
-        whole = build_surface(mesh.points, mesh.triangles)
-        creases = _creases(whole, mesh, settings, marked_edges)
+        frame = unit_frame(mesh.points)
+        inner = settings_in_frame(settings, frame)
+        given = build_surface(frame.inward(mesh.points), mesh.triangles)
+        creases = _creases(given, mesh, inner, marked_edges)
+        working = refine(given, mesh.face_origin, kept=creases[0])
     notes = []
     for number, crease in enumerate(creases):
         try:
-            parts = _decompose_along(run, mesh, whole, crease, settings)
+            parts = _decompose_along(run, working, working.on_edges(crease), inner)
             break
         except LayoutError as error:
             if number == len(creases) - 1:
                 raise
             notes.append(f"Not all feature edges could be kept: {error}")
-    return _collect(run, settings, mesh, len(polygons), notes, *parts)
+    result = _collect(run, settings, mesh, len(polygons), notes, *parts)
+    return in_user_coordinates(result, frame)
 
 
 def _creases(whole, mesh: CleanMesh, settings, marked_edges):
@@ -101,7 +108,7 @@ def _creases(whole, mesh: CleanMesh, settings, marked_edges):
     if settings.feature_angle is not None:
         crease |= detect_features(whole, settings.feature_angle, settings.feature_follow_angle)
     if marked_edges is not None and len(marked_edges):
-        crease |= marked_features(whole, mesh.vertex_origin, marked_edges)
+        crease |= marked_features(whole, mesh.vertex_origin, mesh.weld_target[marked_edges])
     masks = [crease]
     for simpler in (without_open_ends(whole, crease), np.zeros_like(crease)):
         if simpler.sum() < masks[-1].sum():
@@ -109,10 +116,10 @@ def _creases(whole, mesh: CleanMesh, settings, marked_edges):
     return masks
 
 
-def _decompose_along(run: Run, mesh: CleanMesh, whole, crease, settings):
+def _decompose_along(run: Run, working: WorkingSurface, crease, settings):
     """All stages on the surface cut along feature edges: what `_collect` takes."""
     with run.stage("surface"):
-        surface, constraints, face_origin, charts = _prepare(mesh, whole, crease, settings)
+        surface, constraints, face_origin, charts = _prepare(working, crease, settings)
     arrival, angle = _propagate(run, surface, constraints)
     field = _relax(run, surface, constraints, angle, settings.relaxation)
     layout, notes = None, []
@@ -128,24 +135,24 @@ def _decompose_along(run: Run, mesh: CleanMesh, whole, crease, settings):
                 quads, len(filling.quads.points), filling.source, filling.quads.crease
             )
             verify_blocks(blocks, quads)
-        notes = notes + _count_notes(len(quads), blocks.count, settings)
+        notes = [*notes, *filling.warnings, *_count_notes(len(quads), blocks.count, settings)]
     return surface, charts, face_origin, constraints, arrival, field, layout, filling, blocks, notes
 
 
-def _prepare(mesh: CleanMesh, whole, crease, settings: Settings):
+def _prepare(working: WorkingSurface, crease, settings: Settings):
     """The working surface, cut along feature edges: (surface, constraints, face origin, charts).
 
     No edge may join two boundary vertices through the inside. charts is None without features.
     """
     if crease.any():
-        charts, origin = cut_along(whole, crease)
+        charts, origin = cut_along(working.surface, crease)
         surface = charts.surface
         constraints = share_nodes(charts, boundary_constraints(surface, settings.kink_angle))
     else:
         charts = None
-        surface, origin = split_boundary_chords(whole)
+        surface, origin = split_boundary_chords(working.surface)
         constraints = boundary_constraints(surface, settings.kink_angle)
-    return surface, constraints, mesh.face_origin[origin], charts
+    return surface, constraints, working.face_origin[origin], charts
 
 
 def _propagate(run: Run, surface, constraints):
