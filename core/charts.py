@@ -12,14 +12,9 @@ import numpy as np
 
 from .constraints import Constraints, cross_angle
 from .refinement import split_boundary_chords, split_edges
-from .surface import (
-    TriangleSurface,
-    build_surface,
-    connected_components,
-    match_twins,
-    next_halfedge,
-)
+from .surface import TriangleSurface, build_surface, connected_components, next_halfedge
 
+# How far a corner's angle must exceed the least that another block takes.
 _MARGIN = np.radians(5)
 
 

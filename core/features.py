@@ -3,8 +3,8 @@
 A crease starts where two triangles meet at a large angle and is followed from its open ends, as
 straight on as it goes, while the angle fades (hysteresis). Following from ends only, it never leaks
 over the facets of a coarsely cut cylinder. Pieces that hardly stand out from the bends beside them
-and short open pieces, both as scans have them, do not count. Masks of feature edges are (3F,) bool over halfedges, true on both halfedges of an edge, never
-on the boundary. (method sections 2 and 8)
+and short open pieces, both as scans have them, do not count. Masks of feature edges are (3F,) bool
+over halfedges, true on both halfedges of an edge, never on the boundary. (method sections 2 and 8)
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _CUSP_ANGLE, _CUSP_WIDTH = np.radians(20), 0.02
 
 
 def dihedral_angle(surface: TriangleSurface) -> np.ndarray:
-    """(3F,) float64, radians between the normals beside each halfedge: 0 = flat, and on boundary."""
+    """(3F,) float64, radians between the normals on both sides; 0 where flat and on the boundary."""
     here = np.arange(len(surface.twin))
     there = np.where(surface.twin >= 0, surface.twin, here)
     a, b = surface.face_normal[here // 3], surface.face_normal[there // 3]
@@ -236,7 +236,8 @@ def _cusps(surface, crease):
     number[corner] = np.arange(len(corner))
     last = previous_halfedge(corner)
     inside = ~wall[last]
-    sector = connected_components(len(corner), np.flatnonzero(inside), number[surface.twin[last[inside]]])
+    beyond = number[surface.twin[last[inside]]]
+    sector = connected_components(len(corner), np.flatnonzero(inside), beyond)
     opening = np.bincount(sector, surface.corner_angle[corner])
     right = np.full(len(opening), -1)
     left = right.copy()

@@ -58,7 +58,8 @@ def smooth(
     """
     if not len(quad):
         return placement
-    smoother = _Smoother(surface, np.asarray(quad, np.int64), placement, edge_length, cancelled, across)
+    quad = np.asarray(quad, np.int64)
+    smoother = _Smoother(surface, quad, placement, edge_length, cancelled, across)
     best, best_score = placement, smoother.score(placement)
     score = best_score
     for power, share, rounds, settled in stages:
@@ -278,7 +279,9 @@ def _sliders(wall, across):
 
     Loops have the surface on their left: copies on both sides of a cut slide in opposite ways.
     """
-    first = wall if across is None else np.where(across[wall] < 0, wall, np.minimum(wall, across[wall]))
+    first = wall
+    if across is not None:
+        first = np.where(across[wall] < 0, wall, np.minimum(wall, across[wall]))
     slider = np.unique(first, return_inverse=True)[1].ravel()
     return slider, np.where(wall == first, 1.0, -1.0)
 
