@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .coarsening import coarsen, thin_blocks
+from .covering import quads_over_faces
 from .decomposition import QuadMesh
+from .drafts import Draft, source_vertices
 from .errors import LayoutError
 from .gluing import build_sheets, crease_edges, synchronise, verify_sheets
 from .layout import Layout
@@ -32,6 +35,7 @@ class Filling:
     placement  Placement, where its vertices lie on the surface (the whole one, not cut)
     source     (P,) bool, vertices that end the straight lines of blocks: singularities, corners
     face_quad  (F,) int64, quad over the middle of each triangle of the surface, -1 if unknown
+    warnings   sentences for the user
     """
 
     quads: QuadMesh
@@ -39,6 +43,7 @@ class Filling:
     placement: Placement
     source: np.ndarray
     face_quad: np.ndarray
+    warnings: tuple = ()
 
 
 def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, cancelled=None):
@@ -46,26 +51,41 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
 
     Raises LayoutError where no valid quad mesh of about this size exists, Cancelled.
     """
-    complex_ = layout.complex
+    if settings.coarseness != "direct":
+        coarse = coarsen(surface, layout, settings, cancelled)
+        if coarse is not None:
+            return _fill_coarsely(surface, layout, settings, coarse)
     length, quads = _verified_lengths(surface, layout, settings, cancelled)
-    mapped = map_cells(complex_, layout.cell_mesh, quads.cell_shape, length)
+    mapped = map_cells(layout.complex, layout.cell_mesh, quads.cell_shape, length)
     edge_length = np.sqrt(surface.face_area.sum() / len(quads.quad))
     sheets = build_sheets(layout.gluing, quads, length) if layout.gluing is not None else None
     placement = place_and_smooth(
         surface, layout, quads, length, mapped, sheets, edge_length, cancelled
     )
+    face_quad = _quads_over_faces(surface, layout, quads, mapped)
+    return _collect(layout, quads, sheets, placement, face_quad, ())
+
+
+def _fill_coarsely(surface, layout: Layout, settings, draft: Draft) -> Filling:
+    """The Filling of a coarse layout's fine quads."""
+    placement = draft.placement
+    face_quad = quads_over_faces(surface, placement, draft.layout.quad)
+    if draft.sheets is not None:
+        placement = draft.sheets.joined(layout.gluing.charts, placement)
+    warnings = thin_blocks(surface, settings, draft)
+    return _collect(layout, draft.quads, draft.sheets, placement, face_quad, warnings)
+
+
+def _collect(layout, quads: QuadLayout, sheets, placement, face_quad, warnings) -> Filling:
     valence = np.bincount(quads.quad.ravel(), minlength=quads.vertex_count)
-    on_boundary = quads.vertex_loop >= 0
     mesh = QuadMesh(
-        placement.point, quads.quad, on_boundary, valence,
+        placement.point, quads.quad, quads.vertex_loop >= 0, valence,
         scaled_jacobian(placement.point, quads.quad),
     )
-    source = valence != np.where(on_boundary, 2, 4)
     if sheets is not None:
         mesh = replace(mesh, crease=crease_edges(layout.gluing, quads))
-        source |= sheets.irregular
-    face_quad = _quads_over_faces(surface, layout, quads, mapped)
-    return Filling(mesh, quads, placement, source, face_quad)
+    source = source_vertices(quads, sheets)
+    return Filling(mesh, quads, placement, source, face_quad, warnings)
 
 
 def place_and_smooth(

@@ -10,6 +10,7 @@ from .errors import SettingsError
 RELAXATIONS = ("none", "harmonic", "diffused")
 LINES = ("motorcycle", "full")
 STAGES = ("field", "lines", "quads")
+COARSENESSES = ("direct", "balanced", "fewest")
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class Settings:
     quad_count       wanted number of quads, used when edge_length is None
     relaxation       "none" (the paper), "harmonic" or "diffused"
     lines            "motorcycle" (lines stop at lines) or "full" (the paper: lines cross)
+    coarseness       "direct" (blocks as the lines were traced), "balanced" (few and well shaped) or
+                     "fewest" (shapes count less)
     kink_angle       radians; boundary vertices that turn by more stay vertices of the mesh
     feature_angle    radians between triangles from which their edge is a feature edge, None: never
     feature_follow_angle  radians down to which a crease is followed from its ends
@@ -35,6 +38,7 @@ class Settings:
     quad_count: int = 2000
     relaxation: str = "diffused"
     lines: str = "motorcycle"
+    coarseness: str = "balanced"
     kink_angle: float = radians(20.0)
     feature_angle: float | None = radians(40.0)
     feature_follow_angle: float = radians(20.0)
@@ -67,6 +71,7 @@ class Settings:
         for value, allowed, name in (
             (self.relaxation, RELAXATIONS, "relaxation"),
             (self.lines, LINES, "lines"),
+            (self.coarseness, COARSENESSES, "coarseness"),
             (self.stop_after, STAGES, "stage to stop after"),
         ):
             if value not in allowed:

@@ -1,0 +1,195 @@
+"""Coarse layouts: few blocks, as far as their shapes allow. (method sections 8 and 9)
+
+Lengths for very large quads give a first layout: thin strips vanish, singularities join up,
+spirals unwind. Then, from the thinnest on, whole rows of blocks are taken out, as long as nothing
+falls together that must stay apart and the smoothed draft keeps its shape. The wanted mesh is a
+division of what is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .coarse_divisions import arc_widths, divide, divide_to_count, thin_out
+from .coarse_lengths import solve_coarse_lengths
+from .drafts import Draft, DraftBoard
+from .errors import LayoutError
+from .layout import Layout
+from .settings import Settings
+from .smoothing import STAGES
+from .surface import TriangleSurface
+
+# Edge length of the first layout's quads: that of so many squares on the surface, then ever less.
+_SQUARES = {"balanced": 35, "fewest": 12}
+_STEPS = (1.0, 1.5, 2.5, 4.0, 6.0)
+# A first layout as well shaped as this is taken without looking at finer ones; else the coarsest
+# that is nearly as good as the best.
+_GOOD_START = 0.5
+_NEARLY = 0.75
+# Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
+# what it was at first; below half the wanted size above half of that.
+_LEAST = {"balanced": 0.62, "fewest": 0.4}
+_SHARE = {"balanced": 0.85, "fewest": 0.6}
+_THIN = 0.5
+_PATIENCE = {"balanced": 4, "fewest": 12}
+# Quads of the drafts by which layouts are judged.
+_DRAFT_QUADS = 400
+_FIRST_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3))
+_TRIAL_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3))
+_FINE_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
+# A fine mesh worse than this share of its draft is smoothed at length.
+_FINE_SHARE = 0.9
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """What is asked for: the size of the quads (object-space lengths), their number or None."""
+
+    size: float
+    quad_count: int | None
+
+    def divide(self, board: DraftBoard, width, row, alive) -> np.ndarray:
+        if self.quad_count is None:
+            return divide(width, self.size, row, alive)
+        complex = board.layout.complex
+        return divide_to_count(complex, board.chords, width, self.quad_count, row, alive)
+
+
+def coarsen(
+    surface: TriangleSurface, layout: Layout, settings: Settings, cancelled=None
+) -> Draft | None:
+    """The smoothed fine quads of a layout with few blocks; None where only the direct one is good.
+
+    surface  TriangleSurface, cut along feature edges; layout: its cells
+
+    Raises Cancelled.
+    """
+    area = surface.face_area.sum()
+    if settings.edge_length is None:
+        goal = _Goal(float(np.sqrt(area / settings.quad_count)), settings.quad_count)
+    else:
+        goal = _Goal(settings.edge_length, None)
+    start = _first_draft(surface, layout, goal, settings.coarseness, cancelled)
+    if start is None:
+        return None
+    board, draft = start
+    draft = remove_rows(board, draft, goal.size, settings.coarseness)
+    try:
+        fine = _fine_draft(board, draft, goal)
+    except LayoutError:
+        return None
+    return fine if fine.worst > 0 else None
+
+
+def _first_draft(surface, layout, goal, coarseness, cancelled):
+    """(DraftBoard, Draft) of the coarsest layout of good shape, None if there is none."""
+    largest = np.sqrt(surface.face_area.sum() / _SQUARES[coarseness])
+    found = []
+    for step in _STEPS:
+        if found and largest / step < goal.size:
+            break
+        try:
+            length = solve_coarse_lengths(layout, largest / step, cancelled)
+            board = DraftBoard(surface, layout, length, cancelled)
+            found.append((board, _draft_of(board, goal)))
+        except LayoutError:
+            continue
+        if found[-1][1].worst >= _GOOD_START:
+            break
+    best = max((draft.worst for _, draft in found), default=0.0)
+    if best <= 0:
+        return None
+    return next((board, draft) for board, draft in found if draft.worst >= _NEARLY * best)
+
+
+def _draft_of(board: DraftBoard, goal) -> Draft:
+    """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
+    chords, complex = board.chords, board.layout.complex
+    alive = np.ones(chords.count, bool)
+    division = goal.divide(board, arc_widths(complex, chords), np.arange(chords.count), alive)
+    division = thin_out(complex, chords, division, _DRAFT_QUADS)
+    return board.place(board.connect(division), _FIRST_STAGES)
+
+
+def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft:
+    """Take out rows of blocks, the thinnest first, as long as the draft keeps its shape.
+
+    size  wanted edge length of the quads: rows thinner than half of it go more easily
+
+    Each removal leaves fewer blocks and a layout that has been verified. (method section 9)
+    """
+    least = min(_LEAST[coarseness], _SHARE[coarseness] * draft.worst)
+    tried, failed = set(), 0
+    while failed < _PATIENCE[coarseness]:
+        alive = draft.division > 0
+        row = board.rows(draft)
+        total = np.bincount(row, np.where(alive, board.widths(draft), 0.0))
+        untried = []
+        for number in np.argsort(total, kind="stable").tolist():
+            members = alive & (row == number)
+            if members.any() and members.tobytes() not in tried:
+                untried.append((number, members))
+        found = None
+        for number, members in untried:
+            tried.add(members.tobytes())
+            found = _without(board, draft, members)
+            if found is not None:
+                break
+        if found is None:
+            break
+        if found.worst >= (0.5 * least if total[number] < _THIN * size else least):
+            draft, failed = found, 0
+        else:
+            failed += 1
+    return draft
+
+
+def _without(board, draft, members) -> Draft | None:
+    """The draft without the given chords, None if that is not valid or has no fewer blocks."""
+    try:
+        trial = board.connect(np.where(members, 0, draft.division))
+        if trial.blocks.count >= draft.blocks.count:
+            return None
+        return board.follow(trial, draft, _TRIAL_STAGES)
+    except LayoutError:
+        return None
+
+
+def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft:
+    """The wanted quads of a draft's layout; kinks in one row of blocks may need a quad each."""
+    width, alive = board.widths(draft), draft.division > 0
+    try:
+        fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
+    except LayoutError:
+        alone = np.arange(board.chords.count)
+        fine = board.connect(goal.divide(board, width, alone, alive))
+    fine = board.follow(fine, draft, _FINE_STAGES)
+    if fine.worst < _FINE_SHARE * draft.worst:
+        again = board.smoothed(fine, STAGES)
+        fine = again if again.worst > fine.worst else fine
+    return fine
+
+
+def thin_blocks(surface: TriangleSurface, settings: Settings, draft: Draft) -> tuple:
+    """Sentences about blocks that are thinner than half the wanted edge length; mostly none."""
+    size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
+    point = np.empty((draft.quads.vertex_count, 3))
+    vertex = np.arange(len(point)) if draft.sheets is None else draft.sheets.vertex
+    point[vertex] = draft.placement.point
+    blocks = draft.blocks
+    chain = point[blocks.edge_vertex]
+    step = np.linalg.norm(np.diff(chain, axis=0), axis=1)
+    total = np.concatenate([[0.0], np.cumsum(step)])
+    length = total[blocks.edge_offset[1:] - 1] - total[blocks.edge_offset[:-1]]
+    thin = np.flatnonzero(length < _THIN * size)
+    if not len(thin):
+        return ()
+    edge = thin[np.argmin(length[thin])]
+    ends = blocks.edge_vertex[[blocks.edge_offset[edge], blocks.edge_offset[edge + 1] - 1]]
+    places = " and ".join("({:.4g}, {:.4g}, {:.4g})".format(*point[end]) for end in ends)
+    return (
+        f"{len(thin)} block edges are shorter than half the wanted edge length, the shortest "
+        f"{length[edge]:.3g}: the nodes at {places} must stay apart.",
+    )
