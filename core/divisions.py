@@ -99,14 +99,16 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     placement, blocks, chords = given.placement, given.blocks, wanted.chords
     arcs = edge_arcs(surface, placement, blocks)
     count, prescribed, wall_side = wanted.count, [None] * len(arcs), None
+    leads = np.zeros(len(arcs), bool)
     if wanted.grading is not None:
         spacing = space_edges(
             blocks, chords, placement.point, edge_loops(blocks, placement.loop),
             np.array([arc[-1] for arc in arcs]), count, wanted.locked, wanted.grading,
         )
-        count, prescribed, wall_side = spacing.count, spacing.fraction, spacing.wall_side
+        count, prescribed = spacing.count, spacing.fraction
+        leads, wall_side = spacing.leads, spacing.wall_side
     count = count[chords.edge_chord]
-    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, prescribed)
+    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, prescribed, leads)
     division = Division(count, fraction, wall_side, wanted.grading)
     return regrid(surface, placement, blocks, arcs, division)
 

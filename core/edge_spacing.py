@@ -21,19 +21,20 @@ def kinks_inside(fixed, blocks: Blocks) -> np.ndarray:
     return before[offset[1:] - 1] - before[offset[:-1] + 1]
 
 
-def edge_fractions(blocks: Blocks, chords: Chords, fixed, arcs, count, given) -> list:
+def edge_fractions(blocks: Blocks, chords: Chords, fixed, arcs, count, given, leads) -> list:
     """Nodes of all block edges: list of E (n + 1,) float64, arc length over the edge's length.
 
     fixed  (P,) bool, vertices of the old mesh that stay vertices
     arcs   list of E, arc lengths at the old vertices of each edge
     count  (E,) int64, divisions
     given  list of E, fractions that are prescribed, or None
+    leads  (E,) bool, prescribed fractions that must be kept
 
-    Where nothing is prescribed an edge is spaced in proportion to the spacing it has. Edges with
-    prescribed fractions or kinks are followed by the other edges of their chord, the less the
-    further away these are.
+    Where nothing is prescribed an edge is spaced in proportion to the spacing it has. Edges that
+    lead and those with kinks are followed by the other edges of their chord, the less the further
+    away these are.
     """
-    result, leads = [], np.zeros(len(arcs), bool)
+    result, leads = [], leads.copy()
     for edge, arc in enumerate(arcs):
         chain = blocks.edge_vertex[blocks.edge_offset[edge] : blocks.edge_offset[edge + 1]]
         kinks = arc[np.flatnonzero(fixed[chain[1:-1]]) + 1] / arc[-1]
@@ -42,10 +43,9 @@ def edge_fractions(blocks: Blocks, chords: Chords, fixed, arcs, count, given) ->
             fraction = given[edge].copy()
             node = _nodes_for(np.interp(kinks, fraction, np.arange(len(fraction))), len(fraction) - 1)
             fraction[node] = kinks[: len(node)]
-            leads[edge] = True
         else:
             fraction = _spaced_as_before(arc, count[edge], kinks)
-            leads[edge] = len(kinks) and count[edge] != len(arc) - 1
+        leads[edge] |= len(kinks) > 0 and count[edge] != len(arc) - 1
         result.append(fraction)
     _follow_along_chords(blocks, chords, np.array([arc[-1] for arc in arcs]), result, leads)
     return result

@@ -50,11 +50,14 @@ class WallSpacing:
     count      (chords,) int64, divisions
     fraction   list of E: (n + 1,) float64, arc length of the nodes over the edge's length, from
                its stored start; None where the grading asks nothing
+    leads      (E,) bool, edges whose fraction the others of their chord follow: those that leave a
+               wall, or where a chord has none, those behind such edges
     wall_side  (B, 4) bool, sides that lie on a wall
     """
 
     count: np.ndarray
     fraction: list
+    leads: np.ndarray
     wall_side: np.ndarray
 
 
@@ -102,7 +105,9 @@ def space_edges(
         if np.array_equal(before, count):
             break
     fraction = _fractions(edge_length, count[chords.edge_chord], reached, grading.growth)
-    return WallSpacing(count, fraction, wall_side)
+    leads = np.isfinite(first).any(1)
+    behind = np.isfinite(reached).any(1) & ~np.isin(chords.edge_chord, chords.edge_chord[leads])
+    return WallSpacing(count, fraction, leads | behind, wall_side)
 
 
 def _wall_sides(blocks, edge_loop, grading):
