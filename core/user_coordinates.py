@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .decomposition import Decomposition
+from .sentences import PlacedSentence
 from .settings import Settings
 from .unit_frame import UnitFrame
 
@@ -38,6 +39,7 @@ def in_user_coordinates(result: Decomposition, frame: UnitFrame) -> Decompositio
             result.complex, frame, "node_position", "arc_point", lengths=("arc_loop_start",)
         ),
         quads=_moved(result.quads, frame, "points"),
+        warnings=[w.outward(frame) if isinstance(w, PlacedSentence) else w for w in result.warnings],
         placement=_moved(result.placement, frame, "point", lengths=("loop_position",)),
     )
 
