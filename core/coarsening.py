@@ -17,16 +17,16 @@ from .coarse_lengths import solve_coarse_lengths
 from .drafts import Draft, DraftBoard
 from .errors import LayoutError
 from .layout import Layout
+from .sentences import PlacedSentence
 from .settings import Settings
 from .smoothing import STAGES
 from .surface import TriangleSurface
 
-# Edge length of the first layout's quads: that of so many squares on the surface, then ever less.
-_SQUARES = {"balanced": 35, "fewest": 12}
-_STEPS = (1.0, 1.5, 2.5, 4.0, 6.0)
-# A first layout as well shaped as this is taken without looking at finer ones; else the coarsest
-# that is nearly as good as the best.
-_GOOD_START = 0.5
+# The first layout's quads are as large as so many squares on the surface; then others are tried.
+_SQUARES = {"balanced": (35, 12, 80, 200, 550), "fewest": (12, 35, 80, 200)}
+# A first layout as well shaped as this is taken without looking at others; else the first one that
+# is nearly as good as the best.
+_GOOD_START = 0.55
 _NEARLY = 0.75
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
@@ -51,6 +51,21 @@ class _Goal:
     quad_count: int | None
 
     def divide(self, board: DraftBoard, width, row, alive) -> np.ndarray:
+        """(count,) int64, valid divisions of rows of blocks, see `coarse_divisions.divide`.
+
+        Where kinks in one row need quads between them, each of its chords is divided by itself.
+        """
+        together = self._divide(board, width, row, alive)
+        if board.is_valid(together):
+            return together
+        result = self._divide(board, width, np.arange(len(row)), alive)
+        for number in np.flatnonzero(np.bincount(row, alive) > 1).tolist():
+            trial = np.where(row == number, together, result)
+            if board.is_valid(trial):
+                result = trial
+        return result
+
+    def _divide(self, board, width, row, alive):
         if self.quad_count is None:
             return divide(width, self.size, row, alive)
         complex = board.layout.complex
@@ -84,14 +99,14 @@ def coarsen(
 
 
 def _first_draft(surface, layout, goal, coarseness, cancelled):
-    """(DraftBoard, Draft) of the coarsest layout of good shape, None if there is none."""
-    largest = np.sqrt(surface.face_area.sum() / _SQUARES[coarseness])
+    """(DraftBoard, Draft) of the first layout of good shape, None if there is none."""
     found = []
-    for step in _STEPS:
-        if found and largest / step < goal.size:
+    for squares in _SQUARES[coarseness]:
+        size = np.sqrt(surface.face_area.sum() / squares)
+        if found and size < goal.size:
             break
         try:
-            length = solve_coarse_lengths(layout, largest / step, cancelled)
+            length = solve_coarse_lengths(layout, size, cancelled)
             board = DraftBoard(surface, layout, length, cancelled)
             found.append((board, _draft_of(board, goal)))
         except LayoutError:
@@ -108,7 +123,8 @@ def _draft_of(board: DraftBoard, goal) -> Draft:
     """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
     chords, complex = board.chords, board.layout.complex
     alive = np.ones(chords.count, bool)
-    division = goal.divide(board, arc_widths(complex, chords), np.arange(chords.count), alive)
+    row = board.rows(board.connect(alive.astype(np.int64)))
+    division = goal.divide(board, arc_widths(complex, chords), row, alive)
     division = thin_out(complex, chords, division, _DRAFT_QUADS)
     return board.place(board.connect(division), _FIRST_STAGES)
 
@@ -158,13 +174,9 @@ def _without(board, draft, members) -> Draft | None:
 
 
 def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft:
-    """The wanted quads of a draft's layout; kinks in one row of blocks may need a quad each."""
+    """The wanted quads of a draft's layout."""
     width, alive = board.widths(draft), draft.division > 0
-    try:
-        fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
-    except LayoutError:
-        alone = np.arange(board.chords.count)
-        fine = board.connect(goal.divide(board, width, alone, alive))
+    fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
     fine = board.follow(fine, draft, _FINE_STAGES)
     if fine.worst < _FINE_SHARE * draft.worst:
         again = board.smoothed(fine, STAGES)
@@ -188,8 +200,8 @@ def thin_blocks(surface: TriangleSurface, settings: Settings, draft: Draft) -> t
         return ()
     edge = thin[np.argmin(length[thin])]
     ends = blocks.edge_vertex[[blocks.edge_offset[edge], blocks.edge_offset[edge + 1] - 1]]
-    places = " and ".join("({:.4g}, {:.4g}, {:.4g})".format(*point[end]) for end in ends)
-    return (
+    text = (
         f"{len(thin)} block edges are shorter than half the wanted edge length, the shortest "
-        f"{length[edge]:.3g}: the nodes at {places} must stay apart.",
+        "{length[0]}: the nodes at {point[0]} and {point[1]} must stay apart."
     )
+    return (PlacedSentence(text, tuple(point[ends]), (length[edge],)),)

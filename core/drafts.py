@@ -70,6 +70,14 @@ class DraftBoard:
             self.complex = layout.gluing.complex
             self.own_chords = _chords_of_charts(self.chords, self.complex, layout.gluing, length)
 
+    def is_valid(self, division) -> bool:
+        """Do the quads of a division make the surface?"""
+        length = self.chords.lengths(division, self.layout.complex.arc_count)
+        try:
+            return not arcs_too_short(self.layout, length)[1].any()
+        except LayoutError:
+            return False
+
     def connect(self, division) -> Draft:
         """The quads of a division, not placed yet. Raises LayoutError if they are not valid."""
         length = self.chords.lengths(division, self.layout.complex.arc_count)
