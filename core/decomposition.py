@@ -59,6 +59,7 @@ class Decomposition:
     seconds        CPU seconds of each stage, and their "total"
     warnings       sentences for the user
     charts         Charts, the working surface before and after it was cut; None without features
+    way            how the mesh was found, see `ways`: "direct" or what had to stand in for it
     """
 
     settings: Settings
@@ -78,6 +79,7 @@ class Decomposition:
     seconds: dict
     warnings: list
     charts: Charts | None = None
+    way: str = "direct"
 
     @property
     def whole(self) -> TriangleSurface:
@@ -102,6 +104,7 @@ class Decomposition:
             "index_sum": singular.index_sum,
             "expected_index_sum": singular.expected_index_sum,
             "seconds": {stage: round(value, 4) for stage, value in self.seconds.items()},
+            "way": self.way,
             "warnings": list(self.warnings),
         }
         if self.complex is not None:

@@ -6,6 +6,7 @@ Arrays in, arrays out: nothing here knows Blender, and nothing is written anywhe
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from time import process_time
 
 import numpy as np
@@ -21,6 +22,7 @@ from .errors import Cancelled, LayoutError
 from .features import detect_features, marked_features, without_open_ends
 from .filling import fill_cells
 from .layout import trace_layout
+from .midpoint import split_at_midpoints
 from .propagation import propagate
 from .refinement import split_boundary_chords
 from .relaxation import relax
@@ -30,12 +32,16 @@ from .singularities import find_singularities
 from .surface import build_surface
 from .unit_frame import unit_frame
 from .user_coordinates import in_user_coordinates, settings_in_frame
+from .ways import MIDPOINT_SPLIT, Way, ways
 
 # Share of the whole work after which each stage ends, for the progress bar.
 STAGE_ENDS = {
     "surface": 0.05, "distance": 0.15, "propagation": 0.2, "relaxation": 0.35, "lines": 0.5,
     "quads": 0.95, "blocks": 1.0,
 }
+
+# CPU seconds after which no further way is tried but the last one, which never fails.
+PATIENCE = 40.0
 
 
 class Run:
@@ -55,7 +61,7 @@ class Run:
         start = process_time()
         yield
         self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start
-        self._done = STAGE_ENDS[name]
+        self._done = max(self._done, STAGE_ENDS[name])
         self._stop_if_cancelled()
         self._progress(self._done, name)
 
@@ -89,16 +95,8 @@ def decompose(
         given = build_surface(frame.inward(mesh.points), mesh.triangles)
         creases = _creases(given, mesh, inner, marked_edges)
         working = refine(given, mesh.face_origin, kept=creases[0])
-    notes = []
-    for number, crease in enumerate(creases):
-        try:
-            parts = _decompose_along(run, working, working.on_edges(crease), inner)
-            break
-        except LayoutError as error:
-            if number == len(creases) - 1:
-                raise
-            notes.append(f"Not all feature edges could be kept: {error}")
-    result = _collect(run, settings, mesh, len(polygons), notes, *parts)
+    way, notes, parts = _first_valid(run, working, creases, inner)
+    result = _collect(run, settings, mesh, len(polygons), way, notes, *parts)
     return in_user_coordinates(result, frame)
 
 
@@ -116,27 +114,74 @@ def _creases(whole, mesh: CleanMesh, settings, marked_edges):
     return masks
 
 
-def _decompose_along(run: Run, working: WorkingSurface, crease, settings):
+def _first_valid(run: Run, working: WorkingSurface, creases, settings):
+    """The first way that leads to a valid mesh: (its name, sentences, what `_collect` takes)."""
+    notes, failure = [], None
+    for way in ways(creases, settings):
+        if notes and sum(run.seconds.values()) > PATIENCE:
+            break
+        try:
+            parts = _decompose_along(run, working, way)
+        except LayoutError as error:
+            notes.append(f"The {way.name} way failed: {error}")
+            failure = error
+            continue
+        filling = parts[-3]
+        inverted = 0 if filling is None else int((filling.quads.scaled_jacobian <= 0).sum())
+        if not inverted:
+            return way.name, notes, parts
+        notes.append(f"The {way.name} way failed: {inverted} quads would be inverted.")
+    if settings.stop_after != "quads":
+        raise failure
+    return MIDPOINT_SPLIT, notes, _split_triangles(run, working, creases[0], settings)
+
+
+def _decompose_along(run: Run, working: WorkingSurface, way: Way):
     """All stages on the surface cut along feature edges: what `_collect` takes."""
+    settings = way.settings
     with run.stage("surface"):
+        crease = working.on_edges(way.crease)
         surface, constraints, face_origin, charts = _prepare(working, crease, settings)
     arrival, angle = _propagate(run, surface, constraints)
+    angle = way.start(angle, constraints)
     field = _relax(run, surface, constraints, angle, settings.relaxation)
-    layout, notes = None, []
+    layout = filling = blocks = None
+    notes = []
     if settings.stop_after != "field":
-        field, layout, notes = _trace(run, surface, constraints, angle, field, settings, charts)
-    filling = blocks = None
+        limits = None
+        if settings.lines == "full":
+            limits = (settings.line_distance * surface.diagonal, settings.line_turn)
+        with run.stage("lines"):
+            layout = trace_layout(surface, constraints, field, limits, run.cancelled, charts)
     if settings.stop_after == "quads":
         with run.stage("quads"):
             filling = fill_cells(surface, layout, settings, run.cancelled)
-        with run.stage("blocks"):
-            quads = filling.quads.quads
-            blocks = find_blocks(
-                quads, len(filling.quads.points), filling.source, filling.quads.crease
-            )
-            verify_blocks(blocks, quads)
-        notes = [*notes, *filling.warnings, *_count_notes(len(quads), blocks.count, settings)]
+        blocks = _find_blocks(run, filling)
+        notes = list(filling.warnings)
     return surface, charts, face_origin, constraints, arrival, field, layout, filling, blocks, notes
+
+
+def _split_triangles(run: Run, working: WorkingSurface, crease, settings):
+    """The last way, which never fails: the field as it is, and quads without it."""
+    way = Way(MIDPOINT_SPLIT, crease, replace(settings, stop_after="field"))
+    parts = list(_decompose_along(run, working, way))
+    surface, charts, _, constraints = parts[:4]
+    whole, feature = surface, np.zeros(len(surface.twin), bool)
+    if charts is not None:
+        whole, feature = charts.whole, charts.across >= 0
+    fixed = np.zeros(whole.vertex_count, bool)
+    fixed[whole.tail[(constraints.corner | constraints.kink)[surface.tail]]] = True
+    with run.stage("quads"):
+        filling = split_at_midpoints(whole, feature, fixed, settings, run.cancelled)
+    return (*parts[:7], filling, _find_blocks(run, filling), [])
+
+
+def _find_blocks(run: Run, filling):
+    with run.stage("blocks"):
+        mesh = filling.quads
+        blocks = find_blocks(mesh.quads, len(mesh.points), filling.source, mesh.crease)
+        verify_blocks(blocks, mesh.quads)
+    return blocks
 
 
 def _prepare(working: WorkingSurface, crease, settings: Settings):
@@ -169,26 +214,6 @@ def _relax(run: Run, surface, constraints, angle, mode) -> CrossField:
         return build_cross_field(surface, angle, constraints)
 
 
-def _trace(run: Run, surface, constraints, angle, field, settings, charts):
-    """The layout of the field, or of another relaxation of it where its lines cannot be laid."""
-    limits = None
-    if settings.lines == "full":
-        limits = (settings.line_distance * surface.diagonal, settings.line_turn)
-    others = [mode for mode in ("diffused", "harmonic", "none") if mode != settings.relaxation]
-    notes = []
-    for mode in [settings.relaxation, *others]:
-        if notes:
-            field = _relax(run, surface, constraints, angle, mode)
-        try:
-            with run.stage("lines"):
-                layout = trace_layout(surface, constraints, field, limits, run.cancelled, charts)
-            return field, layout, notes
-        except LayoutError as error:
-            notes.append(f"The {mode} field gave no layout, another one was used: {error}")
-            failure = error
-    raise failure
-
-
 def _count_notes(quad_count, block_count, settings):
     """A sentence where the layout does not allow the wanted number of quads."""
     if settings.edge_length is not None or abs(quad_count / settings.quad_count - 1) <= 0.15:
@@ -200,7 +225,7 @@ def _count_notes(quad_count, block_count, settings):
 
 
 def _collect(
-    run, settings, mesh, polygon_count, crease_notes, surface, charts, face_origin, constraints,
+    run, settings, mesh, polygon_count, way, way_notes, surface, charts, face_origin, constraints,
     arrival, field, layout, filling, blocks, notes,
 ) -> Decomposition:
     singularities = find_singularities(surface, field, constraints)
@@ -211,10 +236,11 @@ def _collect(
         # Of a polygon's triangles the last one that a quad covers speaks for it.
         known = filling.face_quad >= 0
         polygon_block[face_origin[known]] = blocks.quad_block[filling.face_quad[known]]
+        notes = [*notes, *_count_notes(len(filling.quads.quads), blocks.count, settings)]
     run.seconds["total"] = sum(run.seconds.values())
     return Decomposition(
         settings, mesh, surface, face_origin, arrival.distance, field.direction(surface), field,
         singularities, layout.complex if layout else None, filling.quads if filling else None,
         blocks, filling.placement if filling else None, polygon_index, polygon_block, run.seconds,
-        mesh.warnings + crease_notes + notes, charts,
+        mesh.warnings + way_notes + notes, charts, way,
     )

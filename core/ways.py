@@ -1,0 +1,62 @@
+"""The ways to a valid mesh, in the order in which they are tried. (method section 8)
+
+direct              the chosen relaxation and all feature edges
+other field         another relaxation, then the chosen one from a disturbed start
+finer quads         twice as many quads along every line: room where quads had folded over
+fewer feature edges without those that end inside the surface, at last without any
+midpoint split      three quads in every triangle: always valid, only more irregular
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .constraints import Constraints
+from .settings import RELAXATIONS, Settings
+
+MIDPOINT_SPLIT = "midpoint split"
+# Radians by which the crosses are disturbed at random where nothing fixes them.
+DISTURBANCE = 0.4
+
+
+@dataclass(frozen=True)
+class Way:
+    """One attempt.
+
+    name      see above
+    crease    (3F,) bool, feature halfedges to keep
+    settings  Settings of this attempt
+    seed      of the disturbance of the crosses before they are relaxed; None without
+    """
+
+    name: str
+    crease: np.ndarray
+    settings: Settings
+    seed: int | None = None
+
+    def start(self, angle, constraints: Constraints) -> np.ndarray:
+        """(V,) float64, the propagated crosses, disturbed where they are free and it is wanted."""
+        if self.seed is None:
+            return angle
+        noise = np.random.default_rng(self.seed).uniform(-DISTURBANCE, DISTURBANCE, len(angle))
+        return np.where(constraints.fixed, angle, angle + noise)
+
+
+def ways(creases, settings: Settings) -> list[Way]:
+    """All attempts before the midpoint split.
+
+    creases  list of (3F,) bool, feature halfedges, from all to none
+    """
+    others = [mode for mode in reversed(RELAXATIONS) if mode != settings.relaxation]
+    finer = replace(settings, quad_count=4 * settings.quad_count)
+    if settings.edge_length is not None:
+        finer = replace(settings, edge_length=0.5 * settings.edge_length)
+    return [
+        Way("direct", creases[0], settings),
+        *(Way("other field", creases[0], replace(settings, relaxation=mode)) for mode in others),
+        Way("other field", creases[0], settings, seed=1),
+        *(Way("fewer feature edges", crease, settings) for crease in creases[1:]),
+        Way("finer quads", creases[0], finer),
+    ]

@@ -1,0 +1,103 @@
+"""The chain of ways to a valid mesh: what fails is answered, and the report says how."""
+
+import numpy as np
+import pytest
+
+from core import pipeline
+from core.blocks import verify_blocks
+from core.constraints import boundary_constraints
+from core.errors import LayoutError
+from core.pipeline import decompose
+from core.settings import RELAXATIONS, Settings
+from core.ways import MIDPOINT_SPLIT, Way, ways
+from tests.core import surfaces
+
+MAKERS = {
+    "disc": lambda: surfaces.disc(5),
+    "annulus": lambda: surfaces.annulus(20, 4),
+    "voxels": lambda: surfaces.voxel_shell(np.ones((3, 2), bool)),
+    "two": lambda: surfaces.together(surfaces.disc(5), surfaces.lshape(4)),
+}
+
+
+def failing(times):
+    """A stand-in for fill_cells that fails so many times."""
+    fill, left = pipeline.fill_cells, [times]
+
+    def fill_or_fail(*arguments):
+        if left[0]:
+            left[0] -= 1
+            raise LayoutError("This test allows no layout.")
+        return fill(*arguments)
+
+    return fill_or_fail
+
+
+def run(name, **settings):
+    surface = MAKERS[name]()
+    return decompose(surface.points, surface.triangles, Settings(quad_count=300, **settings))
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_where_no_layout_is_found_every_triangle_is_split(name, monkeypatch):
+    monkeypatch.setattr(pipeline, "fill_cells", failing(99))
+    result = run(name)
+    assert result.way == result.report()["way"] == MIDPOINT_SPLIT
+    quads = result.quads
+    assert quads.scaled_jacobian.min() > 0
+    verify_blocks(result.blocks, quads.quads)
+    edges = np.sort(np.stack([quads.quads, np.roll(quads.quads, -1, 1)], 2).reshape(-1, 2), axis=1)
+    euler = len(quads.points) - len(np.unique(edges, axis=0)) + len(quads.quads)
+    assert euler == result.whole.euler_characteristic
+    assert any("failed" in warning for warning in result.warnings)
+    assert result.singularities.index_sum == result.singularities.expected_index_sum
+
+
+@pytest.mark.parametrize("times, way", [(0, "direct"), (1, "other field"), (3, "other field")])
+def test_the_first_way_that_works_is_taken_and_named(times, way, monkeypatch):
+    monkeypatch.setattr(pipeline, "fill_cells", failing(times))
+    result = run("disc")
+    assert result.way == way
+    assert sum("failed" in warning for warning in result.warnings) == times
+    assert result.quads.scaled_jacobian.min() > 0
+
+
+def test_creases_survive_the_midpoint_split(monkeypatch):
+    monkeypatch.setattr(pipeline, "fill_cells", failing(99))
+    result = run("voxels")
+    ends = result.quads.points[result.quads.crease]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    assert length == pytest.approx(4 * (3 + 2 + 1))
+    inside = np.abs(ends - np.rint(ends)).max(2)
+    # Every crease edge keeps two of its coordinates whole: it lies on an edge of the box.
+    assert np.all((np.abs(ends - np.rint(ends)) < 1e-9).sum(2) >= 2), inside.max()
+
+
+def test_without_quads_a_failure_is_a_sentence(monkeypatch):
+    def no_layout(*arguments):
+        raise LayoutError("No layout.")
+
+    monkeypatch.setattr(pipeline, "trace_layout", no_layout)
+    with pytest.raises(LayoutError):
+        run("disc", stop_after="lines")
+    assert run("disc").way == MIDPOINT_SPLIT
+
+
+def test_ways_try_every_relaxation_and_all_creases():
+    creases = [np.ones(6, bool), np.zeros(6, bool)]
+    for mode in RELAXATIONS:
+        tried = ways(creases, Settings(relaxation=mode))
+        assert tried[0].name == "direct" and tried[0].settings.relaxation == mode
+        assert {way.settings.relaxation for way in tried} == set(RELAXATIONS)
+        assert any(not way.crease.any() for way in tried)
+
+
+def test_a_disturbance_is_repeatable_and_leaves_fixed_crosses():
+    surface = surfaces.disc(5)
+    constraints = boundary_constraints(surface, 0.3)
+    way = Way("other field", np.zeros(0, bool), Settings(), seed=3)
+    angle = np.where(constraints.fixed, constraints.angle, 0.0)
+    first = way.start(angle, constraints)
+    assert np.array_equal(first, way.start(angle, constraints))
+    assert np.array_equal(first[constraints.fixed], angle[constraints.fixed])
+    assert not np.allclose(first, angle)
