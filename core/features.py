@@ -17,6 +17,9 @@ from .surface import TriangleSurface, connected_components, next_halfedge, previ
 _LARGEST_TURN = np.radians(60)
 # A crease is so many times sharper than the surface bends beside it; ears of an animal are not.
 _LEAST_CONTRAST = 8.0
+# The same for all creases of a component against all its other edges: where everything bends, as
+# on a coarse cage of an animal, sharp edges mean nothing.
+_LEAST_MEAN_CONTRAST = 6.5
 # Open pieces count from this share of the diagonal on, or from a smaller one if made of many edges.
 _OPEN_SHARE, _FINE_OPEN_SHARE, _FINE_OPEN_EDGES = 0.1, 0.03, 6
 # Closed features narrower than this share of the diagonal need so many edges to count: simple
@@ -53,6 +56,7 @@ def detect_features(
     _drop_faint(surface, crease, angle)
     _open_slivers(surface, crease)
     _trim_cusps(surface, crease, angle)
+    _drop_crumpled(surface, crease, angle)
     _drop_short_ends(surface, crease)
     _drop_specks(surface, crease)
     return crease
@@ -133,6 +137,22 @@ def _drop_faint(surface, crease, angle):
     faint = sharp * plain < _LEAST_CONTRAST * np.bincount(chain, bend)
     gone = edge[faint[chain]]
     crease[gone] = crease[surface.twin[gone]] = False
+
+
+def _drop_crumpled(surface, crease, angle):
+    """Remove all creases of components that bend nearly as much elsewhere, in place."""
+    edge = surface.edges[surface.twin[surface.edges] >= 0]
+    part, sharp = surface.component[edge // 3], crease[edge]
+    weight = surface.edge_length[edge]
+    bend = weight * angle[edge]
+
+    def mean(chosen):
+        length = np.bincount(part[chosen], weight[chosen], surface.component_count)
+        total = np.bincount(part[chosen], bend[chosen], surface.component_count)
+        return total / np.maximum(length, 1e-300)
+
+    crumpled = mean(sharp) < _LEAST_MEAN_CONTRAST * mean(~sharp)
+    crease &= ~np.repeat(crumpled[surface.component], 3)
 
 
 def _drop_short_ends(surface, crease):
