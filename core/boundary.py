@@ -113,6 +113,12 @@ class BoundaryLoops:
 
 def build_loops(surface: TriangleSurface) -> BoundaryLoops:
     """The boundary loops of a surface, measured by arc length in object-space lengths."""
+    if "boundary loops" not in surface.derived:
+        surface.derived["boundary loops"] = _measure_loops(surface)
+    return surface.derived["boundary loops"]
+
+
+def _measure_loops(surface: TriangleSurface) -> BoundaryLoops:
     halfedge, first = surface.loop_halfedges, surface.loop_offset
     halfedge_loop = np.repeat(np.arange(surface.loop_count), np.diff(first))
     tail = surface.points[surface.tail[halfedge]]

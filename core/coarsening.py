@@ -108,7 +108,10 @@ def _first_draft(surface, layout, goal, coarseness, cancelled):
         try:
             length = solve_coarse_lengths(layout, size, cancelled)
             board = DraftBoard(surface, layout, length, cancelled)
-            found.append((board, _draft_of(board, goal)))
+            draft = _connected_draft(board, goal)
+            if any(np.array_equal(draft.length, other.length) for _, other in found):
+                continue
+            found.append((board, board.place(draft, _FIRST_STAGES)))
         except LayoutError:
             continue
         if found[-1][1].worst >= _GOOD_START:
@@ -119,14 +122,14 @@ def _first_draft(surface, layout, goal, coarseness, cancelled):
     return next((board, draft) for board, draft in found if draft.worst >= _NEARLY * best)
 
 
-def _draft_of(board: DraftBoard, goal) -> Draft:
+def _connected_draft(board: DraftBoard, goal) -> Draft:
     """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
     chords, complex = board.chords, board.layout.complex
     alive = np.ones(chords.count, bool)
     row = board.rows(board.connect(alive.astype(np.int64)))
     division = goal.divide(board, arc_widths(complex, chords), row, alive)
     division = thin_out(complex, chords, division, _DRAFT_QUADS)
-    return board.place(board.connect(division), _FIRST_STAGES)
+    return board.connect(division)
 
 
 def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft:

@@ -134,7 +134,9 @@ def closest_point(surface: TriangleSurface, points, start_face=None):
         return _descend(surface, points, np.array(start_face, np.int64))
     if not len(points):
         return points.copy(), np.zeros(0, np.int64)
-    tree = _build_tree(surface)
+    if "box tree" not in surface.derived:
+        surface.derived["box tree"] = _build_tree(surface)
+    tree = surface.derived["box tree"]
     pieces = [
         _search_tree(surface, tree, points[first : first + _POINTS_AT_ONCE])
         for first in range(0, len(points), _POINTS_AT_ONCE)

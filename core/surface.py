@@ -75,6 +75,11 @@ class TriangleSurface:
         return len(self.triangles)
 
     @cached_property
+    def derived(self) -> dict:
+        """What other stages have built from this surface and keep for the next time, by name."""
+        return {}
+
+    @cached_property
     def on_boundary(self) -> np.ndarray:
         """(V,) bool."""
         mask = np.zeros(self.vertex_count, bool)
