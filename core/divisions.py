@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .boundary import build_loops
 from .chords import (
     Chords,
     choose_counts,
@@ -21,10 +22,15 @@ from .projection import surface_normal
 from .quality import scaled_jacobian
 from .regridding import Division, Regridded, edge_arcs, regrid
 from .smoothing import smooth
-from .wall_spacing import Grading, edge_loops, space_edges
+from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
 
 # Below this scaled Jacobian new divisions are improved upon.
 _WORST_SHAPE = 0.2
+# Divisions of a chord that describe the shape of its blocks well enough to be graded.
+_FINE_ENOUGH = 8
+# Graded grids made one after the other, each with the wall distances of the one before, until two
+# have the same divisions.
+_MOST_PASSES = 4
 
 
 def redivide(
@@ -84,7 +90,8 @@ def _divide(decomposition, wanted: _Wanted) -> Regridded:
     if wanted.grading is None:
         return _smoothed(surface, fresh)
     count = np.zeros_like(wanted.count)
-    count[wanted.chords.edge_chord] = 2 * divisions(given.blocks)
+    count[wanted.chords.edge_chord] = divisions(given.blocks)
+    count = np.maximum(count, np.minimum(4 * count, _FINE_ENOUGH))
     finer = _smoothed(surface, _regrid(surface, given, replace(wanted, count=count, grading=None)))
     better = _regrid(surface, finer, wanted)
     return max(fresh, better, key=lambda grid: _shape(surface, grid).min())
@@ -96,21 +103,38 @@ def _smoothed(surface, grid: Regridded) -> Regridded:
 
 def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     """Divide the blocks of a quad mesh with the same chords."""
-    placement, blocks, chords = given.placement, given.blocks, wanted.chords
-    arcs = edge_arcs(surface, placement, blocks)
-    count, prescribed, wall_side = wanted.count, [None] * len(arcs), None
-    leads = np.zeros(len(arcs), bool)
-    if wanted.grading is not None:
+    arcs = edge_arcs(surface, given.placement, given.blocks)
+    if wanted.grading is None:
+        free = [None] * len(arcs)
+        division = _division(given, wanted, arcs, wanted.count, free, np.zeros(len(arcs), bool))
+        return regrid(surface, given.placement, given.blocks, arcs, division)
+    loops, measured, count = build_loops(surface), None, np.zeros_like(wanted.count)
+    for number in range(_MOST_PASSES):
         spacing = space_edges(
-            blocks, chords, placement.point, edge_loops(blocks, placement.loop),
-            np.array([arc[-1] for arc in arcs]), count, wanted.locked, wanted.grading,
+            given.blocks, wanted.chords, given.placement.point,
+            edge_loops(given.blocks, given.placement.loop), np.array([arc[-1] for arc in arcs]),
+            wanted.count, wanted.locked, wanted.grading, measured, count,
         )
-        count, prescribed = spacing.count, spacing.fraction
-        leads, wall_side = spacing.leads, spacing.wall_side
-    count = count[chords.edge_chord]
-    fraction = edge_fractions(blocks, chords, placement.fixed, arcs, count, prescribed, leads)
-    division = Division(count, fraction, wall_side, wanted.grading)
-    return regrid(surface, placement, blocks, arcs, division)
+        division = _division(given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads)
+        division = replace(
+            division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured
+        )
+        fresh = regrid(surface, given.placement, given.blocks, arcs, division)
+        if number and np.array_equal(count, spacing.count):
+            break
+        count = spacing.count
+        measured = measured_heights(
+            loops, fresh.placement, fresh.blocks, spacing.wall_side, wanted.grading
+        )
+    return fresh
+
+
+def _division(given, wanted, arcs, chord_count, prescribed, leads) -> Division:
+    count = chord_count[wanted.chords.edge_chord]
+    fraction = edge_fractions(
+        given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads
+    )
+    return Division(count, fraction)
 
 
 def _least_counts(chords, locked, least):

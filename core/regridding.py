@@ -21,7 +21,7 @@ from .placement import Placement
 from .projection import closest_point
 from .quads import grid_quads
 from .surface import TriangleSurface
-from .wall_spacing import LEAST_SINE, Grading, sine
+from .wall_spacing import Grading, line_heights
 
 # Nodes this near to an old vertex, in old divisions, are that vertex.
 _SAME_INDEX = 1e-9
@@ -40,12 +40,14 @@ class Division:
                from its stored start
     wall_side  (B, 4) bool, block sides towards which the grid is graded, or None
     grading    Grading or None
+    measured   what `measured_heights` gives, or None
     """
 
     count: np.ndarray
     fraction: list
     wall_side: np.ndarray | None = None
     grading: Grading | None = None
+    measured: dict | None = None
 
 
 @dataclass(frozen=True)
@@ -251,9 +253,8 @@ def _place(surface, old, blocks, fresh, nodes, division) -> Placement:
     forward = forward_sides(blocks)
     for block in range(blocks.count):
         sides = [_side(nodes, e, f) for e, f in zip(blocks.block_edge[block], forward[block])]
-        walls = division.wall_side[block] if division.wall_side is not None else None
         grid = block_grid(blocks, block)
-        place, row, column = fill_grid(old.point[grid], sides, walls, division.grading)
+        place, row, column = fill_grid(old.point[grid], sides, _walls(division, block))
         vertex = block_grid(fresh, block)[1:-1, 1:-1]
         point[vertex] = place[1:-1, 1:-1]
         near = grid[np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)]
@@ -277,6 +278,28 @@ def _onto(surface, point, face):
     return near, near_face
 
 
+def _walls(division: Division, block) -> list | None:
+    """Four functions of (points on a side, directions from there), counter-clockwise, or None.
+
+    They give the first cells of the lines that leave a wall; None stands for a side that is none.
+    """
+    if division.wall_side is None or not division.wall_side[block].any():
+        return None
+
+    def rule(side):
+        if not division.wall_side[block, side]:
+            return None
+        if division.measured is None:
+            return lambda row, leaving: line_heights(row, leaving, division.grading)
+        known = division.measured[block, side]
+        # From the second side on, sides run against the direction in which grids are numbered.
+        known = known if side < 2 else known[::-1]
+        at = np.linspace(0, 1, len(known))
+        return lambda row, leaving: np.interp(np.linspace(0, 1, len(row)), at, known)
+
+    return [rule(side) for side in range(4)], division.grading.growth
+
+
 def _side(nodes: _Nodes, edge, forward):
     """(index, point) of a side of a block, counter-clockwise."""
     here = slice(nodes.offset[edge], nodes.offset[edge + 1])
@@ -284,13 +307,14 @@ def _side(nodes: _Nodes, edge, forward):
     return (index, point) if forward else (index[-1] - index[::-1], point[::-1])
 
 
-def fill_grid(grid, sides, walls=None, grading: Grading | None = None):
+def fill_grid(grid, sides, walls=None):
     """A new grid inside new sides of a block.
 
     grid     (n + 1, m + 1, 3) float64, the old grid
     sides    four pairs, counter-clockwise from the first row: old index (k,) float64 of each node,
              and its point (k, 3) float64
-    walls    (4,) bool or None, sides towards which the grid is graded; then with the grading
+    walls    None, or for a graded block (rules, growth): per side None or a function that gives the
+             first cells (k,) of lines from points (k, 3) in directions (k, 3)
 
     Returns points (N + 1, M + 1, 3) and the old row and column (N + 1, M + 1) of each.
     """
@@ -306,19 +330,18 @@ def fill_grid(grid, sides, walls=None, grading: Grading | None = None):
         sides, (grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])
     )]
     gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
-    if walls is not None and walls[[0, 2]].any():
-        v = _graded_lines(
-            grid, low, high, v, (sides[0][1], sides[2][1][::-1]), (gain[0], gain[2]),
-            walls[[0, 2]], grading,
-        )
+    across, along = ((walls[0][0], walls[0][2]), (walls[0][3], walls[0][1])) if walls else ((), ())
+    if any(across):
+        border = sides[0][1], sides[2][1][::-1]
+        v = _graded_lines(grid, low, high, v, border, (gain[0], gain[2]), across, walls[1])
         u = low + v * lean
-    if walls is not None and walls[[1, 3]].any():
+    if any(along):
+        border = sides[3][1][::-1], sides[1][1]
+        turned = grid.transpose(1, 0, 2)
         u = _graded_lines(
-            grid.transpose(1, 0, 2), start, end, u.T, (sides[3][1][::-1], sides[1][1]),
-            (gain[3], gain[1]), walls[[3, 1]], grading,
+            turned, start, end, u.T, border, (gain[3], gain[1]), along, walls[1]
         ).T
-        if not walls[[0, 2]].any():
-            v = start[:, None] + u * rise
+        v = v if any(across) else start[:, None] + u * rise
     point = _sample_grid(grid, n * v, m * u)
     point += (1 - v)[..., None] * _sample(gain[0], low, u) + v[..., None] * _sample(gain[2], high, u)
     point += (1 - u)[..., None] * _sample(gain[3], start, v) + u[..., None] * _sample(gain[1], end, v)
@@ -340,13 +363,13 @@ def _sample_grid(grid, row, column):
     return (1 - b) * below + b * above
 
 
-def _graded_lines(grid, low, high, v, border, gain, walls, grading):
+def _graded_lines(grid, low, high, v, border, gain, walls, growth):
     """(N + 1, M + 1) v of the nodes on lines from the first to the last row of a grid.
 
     low, high  (M + 1,), where the lines start and end, of 1
     v          (N + 1, M + 1), of 1; its first and last lines, those on block edges, are kept
     border     two (M + 1, 3), the first and last row; gain likewise
-    walls      (2,) bool, is the first, is the last row a wall?
+    walls      rules for the first cells at the first and the last row, None where it is no wall
     """
     rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
     share = np.linspace(0, 1, rows + 1)[:, None]
@@ -357,16 +380,15 @@ def _graded_lines(grid, low, high, v, border, gain, walls, grading):
     edge_arc = np.stack([np.interp(v[:, c], share[:, 0], arc[:, c]) for c in (0, -1)], axis=1)
     weight = np.linspace(0, 1, len(low))
     height = []
-    for wall, cell, row, leaving in (
+    for rule, cell, row, leaving in (
         (walls[0], edge_arc[1] - edge_arc[0], border[0], line[1] - line[0]),
         (walls[1], edge_arc[-1] - edge_arc[-2], border[1], line[-2] - line[-1]),
     ):
-        if wall:
-            lean = sine(np.gradient(row, axis=0), leaving)
-            height.append(grading.first_height / np.maximum(lean, LEAST_SINE))
-        else:
+        if rule is None:
             height.append((1 - weight) * cell[0] + weight * cell[1])
-    share_of_arc = graded_positions(arc[-1], len(v) - 1, *height, grading.growth) / arc[-1][:, None]
+        else:
+            height.append(rule(row, leaving))
+    share_of_arc = graded_positions(arc[-1], len(v) - 1, *height, growth) / arc[-1][:, None]
     # The lines on block edges are given: lines beside them differ from their rule as they do.
     for side, fade in ((0, 1 - weight), (-1, weight)):
         differs = edge_arc[:, side] / arc[-1, side] - share_of_arc[side]

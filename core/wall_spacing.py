@@ -12,6 +12,7 @@ from math import isfinite
 import numpy as np
 
 from .blocks import Blocks
+from .boundary import BoundaryLoops
 from .chords import Chords, forward_sides
 from .errors import SettingsError
 from .grading import cells_needed, graded_positions
@@ -68,7 +69,8 @@ def edge_loops(blocks: Blocks, vertex_loop) -> np.ndarray:
 
 
 def space_edges(
-    blocks: Blocks, chords: Chords, points, edge_loop, edge_length, count, locked, grading: Grading
+    blocks: Blocks, chords: Chords, points, edge_loop, edge_length, count, locked, grading: Grading,
+    measured=None, least=0,
 ) -> WallSpacing:
     """Spacing of all block edges for a grading.
 
@@ -77,17 +79,19 @@ def space_edges(
     edge_length  (E,) float64
     count        (chords,) int64, divisions without grading; they give the regular spacing
     locked       (chords,) int64, locked divisions, 0 where free
+    measured     result of `measured_heights` of an earlier try, or None
+    least        (chords,) int64 or 0, fewest divisions
 
     Raises SettingsError for a loop that is not there, a first height above the regular spacing and
     locks that leave too few cells.
     """
     wall_side = _wall_sides(blocks, edge_loop, grading)
     regular = edge_length / count[chords.edge_chord]
-    first, stretch = _first_heights(blocks, points, wall_side, edge_length, grading)
+    first, stretch = _first_heights(blocks, points, wall_side, edge_length, grading, measured)
     _refuse_too_high(first.min(1), regular, grading)
     across = _sides_across(blocks)
     forward = forward_sides(blocks)
-    count = count.copy()
+    count = np.maximum(count, least)
     for _ in range(_MOST_ROUNDS):
         cells = count[chords.edge_chord]
         reached = _continue_behind(
@@ -124,7 +128,7 @@ def _wall_sides(blocks, edge_loop, grading):
     return np.isin(edge_loop[blocks.block_edge], np.array(grading.loops))
 
 
-def _first_heights(blocks, points, wall_side, edge_length, grading):
+def _first_heights(blocks, points, wall_side, edge_length, grading, measured):
     """First cell (E, 2) float64 at both ends of each edge, inf where free, and stretch (E,).
 
     The first height is measured across the wall, so edges that lean get a longer cell. The stretch
@@ -134,20 +138,47 @@ def _first_heights(blocks, points, wall_side, edge_length, grading):
     edges = len(edge_length)
     total, number, stretch = np.zeros((edges, 2)), np.zeros((edges, 2)), np.ones(edges)
     for block, side in np.argwhere(wall_side):
-        grid = _turned_grid(blocks, points, block, side)
-        right, left = blocks.block_edge[block, [(side + 1) % 4, (side + 3) % 4]]
+        grid = points[turned_grid(blocks, block, side)]
         longest = np.linalg.norm(np.diff(grid, axis=0), axis=2).sum(0).max()
-        for edge, end, at in (
-            (right, int(not forward[block, (side + 1) % 4]), -1),
-            (left, int(forward[block, (side + 3) % 4]), 0),
-        ):
-            along = grid[0, -2] - grid[0, -1] if at else grid[0, 1] - grid[0, 0]
-            total[edge, end] += sine(along, grid[1, at] - grid[0, at])
+        height = line_heights(grid[0], grid[1] - grid[0], grading)
+        if measured is not None:
+            height = measured[block, side]
+        for turn, line in ((1, -1), (3, 0)):
+            edge = blocks.block_edge[block, (side + turn) % 4]
+            end = int(forward[block, (side + turn) % 4] != (turn == 1))
+            total[edge, end] += height[line]
             number[edge, end] += 1
             stretch[edge] = max(stretch[edge], longest / edge_length[edge])
     with np.errstate(divide="ignore", invalid="ignore"):
-        lean = np.maximum(total / number, LEAST_SINE)
-        return np.where(number > 0, grading.first_height / lean, np.inf), stretch
+        return np.where(number > 0, total / number, np.inf), stretch
+
+
+def line_heights(row, leaving, grading: Grading) -> np.ndarray:
+    """(k,) float64, first cells of lines that leave a wall at points row (k, 3) along leaving (k, 3).
+
+    They are as long as it takes to be the first height away from the wall.
+    """
+    return grading.first_height / np.maximum(sine(np.gradient(row, axis=0), leaving), LEAST_SINE)
+
+
+def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, wall_side, grading) -> dict:
+    """First cells that lines would have needed in a graded grid: (block, side) -> (k,) float64.
+
+    The lines of a side are ordered counter-clockwise along it.
+    """
+    result = {}
+    for block, side in np.argwhere(wall_side):
+        foot, first = turned_grid(blocks, block, side)[:2]
+        point = placement.point[first]
+        leaving = point - placement.point[foot]
+        loop = placement.loop[foot]
+        wall, _ = loops.point(loop, loops.closest(loop, point))
+        share = np.linalg.norm(point - wall, axis=1) / np.linalg.norm(leaving, axis=1)
+        height = grading.first_height / np.clip(share, LEAST_SINE, 1.0)
+        # Nodes that lie on the boundary themselves say nothing of their distance from it.
+        rule = line_heights(placement.point[foot], leaving, grading)
+        result[block, side] = np.where(placement.loop[first] >= 0, rule, height)
+    return result
 
 
 def sine(first, second):
@@ -157,13 +188,11 @@ def sine(first, second):
     return area / np.maximum(length, 1e-300)
 
 
-def _turned_grid(blocks, points, block, side):
-    """(rows, columns, 3): the grid of a block, turned so that the given side is its first row."""
+def turned_grid(blocks: Blocks, block, side) -> np.ndarray:
+    """(rows, columns) int64, the vertices of a block, turned so that the side is the first row."""
     m, n = blocks.shape[block]
     vertex = blocks.grid_vertex[blocks.grid_offset[block] : blocks.grid_offset[block + 1]]
-    return points[np.rot90(vertex.reshape(n + 1, m + 1), side)] if side else points[
-        vertex.reshape(n + 1, m + 1)
-    ]
+    return np.rot90(vertex.reshape(n + 1, m + 1), side)
 
 
 def _refuse_too_high(first, regular, grading):
