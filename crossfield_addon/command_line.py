@@ -19,7 +19,7 @@ import numpy as np
 from ..core.errors import CrossfieldError, InputError, LayoutError, SettingsError
 from ..core.mesh_files import read_mesh, write_quads_obj
 from ..core.pipeline import decompose
-from ..core.settings import LINES, RELAXATIONS, STAGES, Settings
+from ..core.settings import COARSENESSES, LINES, RELAXATIONS, STAGES, Settings
 from .output_files import OutputFiles, check_targets
 
 _DEFAULTS = Settings()
@@ -111,6 +111,12 @@ def _add_settings(command):
         help="lines stop at lines, or cross and run on to the boundary (%(default)s)",
     )
     settings.add_argument(
+        "--coarseness",
+        choices=COARSENESSES,
+        default=_DEFAULTS.coarseness,
+        help="blocks as traced, few of good shape, or fewest (%(default)s)",
+    )
+    settings.add_argument(
         "--kink-angle",
         type=float,
         metavar="DEGREES",
@@ -171,6 +177,7 @@ def _settings(arguments) -> Settings:
         quad_count=arguments.quad_count,
         relaxation=arguments.relaxation,
         lines=arguments.lines,
+        coarseness=arguments.coarseness,
         kink_angle=radians(arguments.kink_angle),
         feature_angle=radians(arguments.feature_angle) if arguments.feature_angle else None,
         feature_follow_angle=radians(arguments.feature_follow_angle),

@@ -82,11 +82,12 @@ class _StageOperator(SettingProperties):
 
 
 def draw_size(layout, settings):
-    """The controls for the size of the quads."""
+    """The controls for the size of the quads and the number of blocks."""
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.prop(settings, "size")
     layout.prop(settings, "quad_count" if settings.size == "COUNT" else "edge_length")
+    layout.prop(settings, "coarseness")
 
 
 def draw_details(layout, settings, stop_after="quads"):

@@ -63,6 +63,17 @@ class SettingProperties:
         default=_DEFAULTS.lines,
         options=_OPTIONS,
     )
+    coarseness: bpy.props.EnumProperty(
+        name="Blocks",
+        description="How far blocks are merged",
+        items=(
+            ("direct", "As traced", "All blocks that the traced lines ask for"),
+            ("balanced", "Balanced", "Few blocks of good shape"),
+            ("fewest", "Fewest", "Fewer blocks still; shapes count less"),
+        ),
+        default=_DEFAULTS.coarseness,
+        options=_OPTIONS,
+    )
     kink_angle: bpy.props.FloatProperty(
         name="Kink angle",
         description="Boundary vertices that turn by more stay vertices of the quad mesh",
@@ -142,6 +153,7 @@ class SettingProperties:
             quad_count=self.quad_count,
             relaxation=self.relaxation,
             lines=self.lines,
+            coarseness=self.coarseness,
             kink_angle=self.kink_angle,
             feature_angle=self.feature_angle if self.keep_creases else None,
             feature_follow_angle=self.feature_follow_angle,

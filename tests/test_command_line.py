@@ -16,7 +16,9 @@ import crossfield
 
 ROOT = Path(crossfield.ROOT)
 FLAGS = "--output --quads --report --picture --edge-length --quad-count --relaxation --lines"
-FLAGS += " --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
+FLAGS += (
+    " --coarseness --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
+)
 FLAGS += " --line-distance --line-turn --stop-after --keep-lines --object"
 needs_blender = pytest.mark.skipif(
     importlib.util.find_spec("bpy") is None, reason="Blender's Python module is not installed"
@@ -100,6 +102,7 @@ def test_edge_length(plate, tmp_path):
     "option, value",
     [("--relaxation", v) for v in ("none", "harmonic", "diffused")]
     + [("--lines", v) for v in ("motorcycle", "full")]
+    + [("--coarseness", v) for v in ("direct", "balanced", "fewest")]
     + [("--kink-angle", 30), ("--feature-angle", 0), ("--feature-follow-angle", 30)]
     + [("--weld-distance", 0.001), ("--line-distance", 3), ("--line-turn", 720)],
 )
@@ -140,6 +143,7 @@ def test_help_names_every_flag(capsys):
         (["--edge-length", "1", "--quad-count", "9"], ["not allowed with"]),
         (["--relaxation", "strong"], ["strong", "diffused"]),
         (["--lines", "wavy"], ["wavy", "motorcycle"]),
+        (["--coarseness", "rough"], ["rough", "balanced"]),
         (["--stop-after", "lunch"], ["lunch", "field"]),
         (["--kink-angle", "120"], ["kink angle"]),
         (["--line-distance", "-1"], ["limits"]),
