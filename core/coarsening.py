@@ -39,6 +39,9 @@ _DRAFT_QUADS = 400
 _FIRST_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3))
 _TRIAL_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3))
 _FINE_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
+# The boundary may stray by so many edge lengths from the quads, or divisions are added.
+_STRAYING = 0.18
+_MOST_REFINEMENTS = 3
 # A fine mesh worse than this share of its draft is smoothed at length.
 _FINE_SHARE = 0.9
 
@@ -171,7 +174,7 @@ def _without(board, draft, members) -> Draft | None:
         trial = board.connect(np.where(members, 0, draft.division))
         if trial.blocks.count >= draft.blocks.count:
             return None
-        return board.follow(trial, draft, _TRIAL_STAGES)
+        return board.smoothed(board.follow(trial, draft), _TRIAL_STAGES)
     except LayoutError:
         return None
 
@@ -180,10 +183,26 @@ def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft:
     """The wanted quads of a draft's layout."""
     width, alive = board.widths(draft), draft.division > 0
     fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
-    fine = board.follow(fine, draft, _FINE_STAGES)
+    fine = _along_walls(board, board.follow(fine, draft), draft)
+    fine = board.smoothed(fine, _FINE_STAGES)
     if fine.worst < _FINE_SHARE * draft.worst:
         again = board.smoothed(fine, STAGES)
         fine = again if again.worst > fine.worst else fine
+    return fine
+
+
+def _along_walls(board: DraftBoard, fine: Draft, draft: Draft) -> Draft:
+    """More divisions where the boundary strays too far from the straight edges of the quads."""
+    for _ in range(_MOST_REFINEMENTS):
+        size = np.sqrt(board.surface.face_area.sum() / len(fine.quads.quad))
+        excess = board.straying(fine) / (_STRAYING * size)
+        if excess.max(initial=0.0) <= 1:
+            break
+        more = np.ceil(fine.division * np.sqrt(np.clip(excess, 1.0, 4.0)) - 1e-9).astype(np.int64)
+        try:
+            fine = board.follow(board.connect(more), draft)
+        except LayoutError:
+            break
     return fine
 
 

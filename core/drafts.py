@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .blocks import Blocks, find_blocks
+from .boundary import build_loops
 from .coarse_lengths import arcs_too_short
 from .coarse_divisions import chord_widths
 from .errors import LayoutError
@@ -100,16 +101,16 @@ class DraftBoard:
         )
         return self._smoothed(draft, placement, stages)
 
-    def follow(self, draft: Draft, old: Draft, stages=STAGES) -> Draft:
-        """A connected draft placed by another one, and smoothed."""
+    def follow(self, draft: Draft, old: Draft) -> Draft:
+        """A connected draft placed by another one, not smoothed."""
         placement = transfer(
             self.surface, self.complex, self.own_chords, (old.division, old.layout, old.placement),
             draft.division, draft.layout,
         )
-        return self._smoothed(draft, placement, stages)
+        return replace(draft, placement=placement)
 
     def smoothed(self, draft: Draft, stages=STAGES) -> Draft:
-        """A draft smoothed once more."""
+        """A placed draft smoothed."""
         return self._smoothed(draft, draft.placement, stages)
 
     def _smoothed(self, draft, placement, stages):
@@ -130,6 +131,23 @@ class DraftBoard:
         length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
         chord = self.chords.quad_chords(draft.division)[:, [0, 1, 0, 1]]
         return chord_widths(length.ravel(), chord.ravel(), draft.division)
+
+    def straying(self, draft: Draft) -> np.ndarray:
+        """(count,) float64: how far the boundary strays from the quad edges across each chord."""
+        layout, placement = draft.layout, draft.placement
+        chord = self.own_chords.unit_chord
+        times = draft.division[chord]
+        arc = np.repeat(self.own_chords.unit_arc, times)
+        first = np.arange(len(arc)) + arc  # an arc has one vertex more than edges
+        wall = np.flatnonzero(self.complex.arc_loop[arc] >= 0)
+        tail, head = layout.arc_vertex[first[wall]], layout.arc_vertex[first[wall] + 1]
+        loop, position = placement.loop[tail], placement.loop_position[tail]
+        loops = build_loops(self.surface)
+        advance = loops.wrap(loop, placement.loop_position[head] - position)
+        result = np.zeros(self.chords.count)
+        deviation = loops.chord_deviation(loop, position, advance)
+        np.maximum.at(result, np.repeat(chord, times)[wall], deviation)
+        return result
 
     def rows(self, draft: Draft) -> np.ndarray:
         """(count,) int64, chords with equal number run through the same row of blocks."""
