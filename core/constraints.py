@@ -24,12 +24,15 @@ class Constraints:
     angle        (V,) float64, radians in the frame of the vertex; 0 where not fixed
     block_count  (V,) int64, n_b on the boundary, 0 inside
     kink         (V,) bool, boundary vertices with n_b = 2 that turn by more than the kink angle
+    lean         (V,) float64 or 0, radians by which the cross is turned from its symmetrical place
+                 between the two boundary edges, where these are jagged
     """
 
     fixed: np.ndarray
     angle: np.ndarray
     block_count: np.ndarray
     kink: np.ndarray
+    lean: np.ndarray | float = 0.0
 
     @property
     def corner(self) -> np.ndarray:

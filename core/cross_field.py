@@ -37,12 +37,16 @@ class CrossField:
               angle[tail] - polar_angle, by rotation + turn * pi / 2
     index     (F,) int64, I: quarter turns of the cross round each triangle, curvature included;
               non-zero in singular triangles, whose valence is 4 - I
+    wall      (3F,) int64, on boundary halfedges the branch that follows the wall: it makes the angle
+              angle[tail] - polar_angle + wall * pi / 2 with it, on a smooth boundary less than 45
+              degrees; 0 inside
     """
 
     angle: np.ndarray
     rotation: np.ndarray
     turn: np.ndarray
     index: np.ndarray
+    wall: np.ndarray
 
     def direction(self, surface: TriangleSurface) -> np.ndarray:
         """(V, 3) float64, unit tangent vector of the branch `angle` at each vertex."""
@@ -59,12 +63,14 @@ def build_cross_field(
     """
     angle = np.array(angle, np.float64)
     rotation = edge_rotations(surface, angle)
-    rotation[surface.loop_halfedges] = _boundary_rotations(surface, angle, constraints)
+    wall = np.zeros(len(rotation), np.int64)
+    border = surface.loop_halfedges
+    rotation[border], wall[border] = _boundary_rotations(surface, angle, constraints)
     at_tail = angle[surface.tail] - surface.polar_angle
     at_head = angle[surface.head] - surface.reverse_angle - np.pi
     turn = np.rint((at_head - at_tail - rotation) / QUARTER).astype(np.int64)
     total = rotation.reshape(-1, 3).sum(1) + surface.face_curvature
-    return CrossField(angle, rotation, turn, np.rint(total / QUARTER).astype(np.int64))
+    return CrossField(angle, rotation, turn, np.rint(total / QUARTER).astype(np.int64), wall)
 
 
 def edge_rotations(surface: TriangleSurface, angle: np.ndarray) -> np.ndarray:
@@ -83,16 +89,17 @@ def edge_rotations(surface: TriangleSurface, angle: np.ndarray) -> np.ndarray:
 
 
 def _boundary_rotations(surface, angle, constraints):
-    """Turn of the branch that follows the wall, for each of surface.loop_halfedges."""
+    """Turn of the branch that follows the wall and its number, for surface.loop_halfedges."""
     halfedge = surface.loop_halfedges
     tail, head = surface.tail[halfedge], surface.head[halfedge]
-    # What the corner rule gives the wall's branch on leaving a vertex, and minus it on arriving.
-    leaving = 0.5 * (surface.angle_sum - constraints.block_count * QUARTER)
-    at_tail = angle[tail] - surface.polar_angle[halfedge]
+    # What the corner rule gives the wall's branch on leaving a vertex, and on arriving.
+    symmetrical = 0.5 * (surface.angle_sum - constraints.block_count * QUARTER)
+    leaving, arriving = constraints.lean + symmetrical, constraints.lean - symmetrical
+    plain = angle[tail] - surface.polar_angle[halfedge]
     at_head = angle[head] - surface.reverse_angle[halfedge] - np.pi
-    at_tail = leaving[tail] + wrap(at_tail - leaving[tail])
-    at_head = -leaving[head] + wrap(at_head + leaving[head])
-    return at_head - at_tail
+    at_tail = leaving[tail] + wrap(plain - leaving[tail])
+    at_head = arriving[head] + wrap(at_head - arriving[head])
+    return at_head - at_tail, np.rint((at_tail - plain) / QUARTER).astype(np.int64)
 
 
 def direction_vectors(surface: TriangleSurface, angle: np.ndarray) -> np.ndarray:

@@ -91,9 +91,9 @@ class SplitFace:
         self.branch_shift = [0, shift[0], shift[0] + shift[1]]
         twin = lines.twin[first : first + 3].tolist()
         # The branch that points out through a boundary side, a quarter right of the wall's own.
+        wall = lines.wall[first : first + 3].tolist()
         self.wall_exit = [
-            round(-self.relative[k] / QUARTER) - 1 - self.branch_shift[k] if twin[k] < 0 else None
-            for k in range(3)
+            wall[k] - 1 - self.branch_shift[k] if twin[k] < 0 else None for k in range(3)
         ]
         self.place = dict(zip(vertices, self.corner))
         self.polygons = [Polygon(vertices, [0, 1, 2])]

@@ -51,6 +51,7 @@ class LineField:
     inserted        (S,) int64, the inserted vertices
     inserted_index  (S,) int64, field index I of each
     halfedge_number (3F,) int64, number here of each halfedge of the surface
+    wall            (3F',) int64, branch that follows the wall on boundary halfedges, 0 inside
     """
 
     point: np.ndarray
@@ -65,6 +66,7 @@ class LineField:
     inserted: np.ndarray
     inserted_index: np.ndarray
     halfedge_number: np.ndarray
+    wall: np.ndarray
 
     @cached_property
     def _by_tail(self):
@@ -134,10 +136,11 @@ def build_line_field(surface: TriangleSurface, field: CrossField, faces) -> Line
     next_branch[outer_new + 1] = -4 - next_branch[outer_new] - next_branch[outward]
     number = np.empty(3 * count, np.int64)
     number[old], number[outer] = np.arange(len(old)), outer_new
+    wall = np.zeros(len(tail), np.int64)
+    wall[number] = field.wall
     return LineField(
         point, triangle, origin_face, twin, corner_angle, relative, rotation,
-        next_branch, twin_branch, center, field.index[faces],
-        number,
+        next_branch, twin_branch, center, field.index[faces], number, wall,
     )
 
 
@@ -205,7 +208,7 @@ def _beside_walls(lines, spokes, ports):
     for port in ports:
         sector, outer = spokes.index(port.halfedge), next_halfedge(port.halfedge)
         on_wall = port.branch + lines.next_branch[port.halfedge]
-        quarter = int(np.rint(lines.relative_angle[outer] / QUARTER) + on_wall) % 4
+        quarter = int(on_wall - lines.wall[outer]) % 4
         if lines.twin[outer] < 0 and quarter != 3:
             late = port.angle > 0.5 * lines.corner_angle[port.halfedge]
             step = 1 if quarter == 0 or (quarter == 1 and late) else -1

@@ -21,6 +21,7 @@ from .distance import arrival_distance
 from .errors import Cancelled, LayoutError
 from .features import detect_features, marked_features, without_open_ends
 from .filling import fill_cells
+from .jagged import smooth_jagged
 from .layout import trace_layout
 from .midpoint import split_at_midpoints
 from .propagation import propagate
@@ -197,6 +198,7 @@ def _prepare(working: WorkingSurface, crease, settings: Settings):
         charts = None
         surface, origin = split_boundary_chords(working.surface)
         constraints = boundary_constraints(surface, settings.kink_angle)
+        constraints = smooth_jagged(surface, constraints)
     return surface, constraints, working.face_origin[origin], charts
 
 

@@ -140,8 +140,8 @@ def test_only_a_line_against_the_wall_starts_in_a_sector_that_ends_there():
                 outer = next_halfedge(port.halfedge)
                 if lines.twin[outer] >= 0:
                     continue
-                turn = lines.relative_angle[outer] / QUARTER + port.branch
-                branches.append(int(np.rint(turn) + lines.next_branch[port.halfedge]) % 4)
+                quarter = port.branch + lines.next_branch[port.halfedge] - lines.wall[outer]
+                branches.append(int(quarter) % 4)
             assert branches in ([], [3])
             seen += len(branches)
     assert seen > 0
