@@ -29,6 +29,8 @@ def main(arguments):
             "crossfield.py needs Python 3.11 or 3.13, for which Blender is published as a"
             " module; this is Python {0}.{1}.".format(*sys.version_info[:2]),
         )
+    # The matrices are too small for threads, which only cost time waiting for one another.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     command = arguments[0] if arguments else "--help"
     if command in ("--help", "-h", "help"):
         say(__doc__.strip())
