@@ -192,17 +192,33 @@ def verify_sheets(gluing: Gluing, length) -> np.ndarray:
 
     length  (A,) int64, lengths of the arcs of the glued complex
 
-    Valences are those of the glued quads alone: where arcs vanish, a singularity of a chart may
-    come to lie on its feature edge. Raises LayoutError as `quads.verify_lengths` does.
+    Where arcs vanish, a singularity of a chart may come to lie on a feature edge, if quads have
+    room for their angles there. Raises LayoutError as `quads.verify_lengths` does.
     """
     surface = gluing.charts.surface
-    _, short = verify_lengths(
+    layout, short = verify_lengths(
         gluing.complex, np.asarray(length)[gluing.arc], surface.euler_characteristic,
         surface.loop_count, surface.component_count, valences=False,
     )
+    if not short.any():
+        _refuse_flattened(gluing.complex, layout)
     wanted = np.zeros(len(length), bool)
     wanted[gluing.arc[short]] = True
     return wanted
+
+
+def _refuse_flattened(complex, layout: QuadLayout):
+    """On the outline of charts no quad has to fill an angle that was meant for more of them."""
+    count = np.bincount(layout.quad.ravel(), minlength=layout.vertex_count)
+    least = np.where(layout.vertex_loop >= 0, 2, 0)
+    corner = np.flatnonzero(complex.node_kind == NodeKind.CORNER)
+    least[layout.node_vertex[corner]] = complex.node_valence[corner]
+    flattened = int((count < least).sum())
+    if flattened:
+        raise LayoutError(
+            f"{flattened} quads would have to fill a straight angle beside a feature edge; use "
+            "another relaxation or a finer mesh."
+        )
 
 
 def build_sheets(gluing: Gluing, quads: QuadLayout, length) -> SheetQuads:
