@@ -104,17 +104,18 @@ def _mend_count(complex, chords, wish, quad_count, row, division):
 
 
 def thin_out(complex: CellComplex, chords: LayoutChords, division, quad_count) -> np.ndarray:
-    """(count,) int64: fewer divisions, for about so many quads, fewer only where there are many.
+    """(count,) int64: fewer divisions, for at most so many quads, fewer only where there are many.
 
     Chords divided once or twice stay as they are, the others keep two divisions or more: small
     features are as well resolved as before.
     """
     least, low, high = np.minimum(division, 2), 1.0, float(max(division.max(initial=1), 2))
+    result = least
     for _ in range(_MOST_TRIALS):
         ratio = np.sqrt(low * high)
-        result = np.maximum(least, np.rint(division / ratio).astype(np.int64))
-        if count_quads(complex, chords.lengths(result, complex.arc_count)) > quad_count:
+        trial = np.maximum(least, np.rint(division / ratio).astype(np.int64))
+        if count_quads(complex, chords.lengths(trial, complex.arc_count)) > quad_count:
             low = ratio
         else:
-            high = ratio
+            high, result = ratio, trial
     return result
