@@ -86,6 +86,21 @@ class Decomposition:
         """The working surface, not cut."""
         return self.surface if self.charts is None else self.charts.whole
 
+    def singular_points(self) -> tuple:
+        """Where to show the singularities: (position (n, 3) float64, valence (n,) int64).
+
+        With a quad mesh these are its irregular vertices off boundary and creases, which smoothing
+        has moved a little from where the field was singular; else, or where they are not the
+        field's, the places in the field.
+        """
+        if self.quads is not None:
+            plain = ~self.quads.on_boundary & (self.quads.valence != 4)
+            plain[self.quads.crease.ravel()] = False
+            valence = self.quads.valence[plain]
+            if np.array_equal(np.sort(valence), np.sort(self.singularities.valence)):
+                return self.quads.points[plain], valence
+        return self.singularities.position, self.singularities.valence
+
     def report(self) -> dict:
         """The figures of the run as plain numbers, ready for JSON."""
         surface, singular = self.whole, self.singularities

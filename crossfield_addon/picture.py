@@ -102,7 +102,7 @@ def _layer_objects(decomposition, layers, pixel):
         chains = np.split(points[blocks.edge_vertex], blocks.edge_offset[1:-1])
         objects.append(results.curve_object("blocks", chains, 1.8 * pixel, "edges"))
     if "singularities" in layers:
-        objects += _markers(decomposition.singularities, 9 * pixel)
+        objects += _markers(*_singular_points(decomposition, layers), 9 * pixel)
     return objects
 
 
@@ -148,16 +148,23 @@ def _quad_objects(decomposition, pixel):
     return [quads, wire]
 
 
-def _markers(singularities, radius):
+def _singular_points(decomposition, layers):
+    """Singularities as the picture shows them: in the quads, or where the field has them."""
+    if "quads" in layers:
+        return decomposition.singular_points()
+    return decomposition.singularities.position, decomposition.singularities.valence
+
+
+def _markers(positions, valences, radius):
     """A ball at each singularity: red for k < 0, blue for k > 0."""
     shown = []
     for colour, chosen in (
-        (palette.NEGATIVE, singularities.k < 0),
-        (palette.POSITIVE, singularities.k > 0),
+        (palette.NEGATIVE, valences < 4),
+        (palette.POSITIVE, valences > 4),
     ):
         ball = bpy.data.meshes.new("ball")
         points, faces = markers.ball(radius)
-        centre = np.asarray(singularities.position)[chosen]
+        centre = np.asarray(positions)[chosen]
         every = (centre[:, None, :] + points).reshape(-1, 3)
         shift = len(points) * np.arange(len(centre))[:, None, None]
         ball.from_pydata(every.tolist(), [], (faces + shift).reshape(-1, 4).tolist())

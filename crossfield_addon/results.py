@@ -114,7 +114,7 @@ def _remove_objects(collection):
 def _result_objects(source, decomposition, keep_lines):
     """New, unlinked objects for all that was computed."""
     size = display_size(decomposition)
-    results = singularity_empties(source.name, decomposition.singularities, 3 * size)
+    results = singularity_empties(source.name, *decomposition.singular_points(), 3 * size)
     complex_, blocks, quads = decomposition.complex, decomposition.blocks, decomposition.quads
     if complex_ is not None and (keep_lines or blocks is None):
         lines = np.split(complex_.arc_point, complex_.arc_offset[1:-1])
@@ -135,15 +135,11 @@ def display_size(decomposition) -> float:
     return min(largest, 0.25 * float(np.median(np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1))))
 
 
-def singularity_empties(name, singularities, size) -> list:
+def singularity_empties(name, positions, valences, size) -> list:
     """An empty for each singularity, carrying k and valence; red for k < 0, blue for k > 0."""
     empties = []
-    for position, k, valence in zip(
-        singularities.position,
-        singularities.k.tolist(),
-        singularities.valence.tolist(),
-        strict=True,
-    ):
+    for position, valence in zip(positions, valences.tolist(), strict=True):
+        k = valence - 4
         empty = bpy.data.objects.new(f"{name} singularity k={k:+d}", None)
         empty.location = position
         empty.scale = size, size, size

@@ -137,6 +137,17 @@ def test_the_report_lists_the_singularities():
     assert all(np.linalg.norm(s["position"]) < 1 and len(s["position"]) == 3 for s in listed)
 
 
+def test_singularities_are_shown_where_the_quads_have_them():
+    surface, result = run("disc", quad_count=300)
+    position, valence = result.singular_points()
+    assert np.all(valence == 3) and len(position) == 4
+    distance = np.linalg.norm(position[:, None] - result.quads.points, axis=2)
+    assert distance.min(1).max() == 0
+    assert np.all(result.quads.valence[distance.argmin(1)] == 3)
+    _, field = run("disc", stop_after="field")
+    assert np.array_equal(field.singular_points()[0], field.singularities.position)
+
+
 def test_quads_as_input_give_what_triangles_give():
     columns = 20
     i, j = (a.ravel() for a in np.meshgrid(np.arange(columns), np.arange(columns)))
