@@ -23,7 +23,9 @@ LEAST_WANTED = 200  # of a component that is small beside the others
 MOST = 200_000  # triangles at which refinement stops, however long edges still are
 
 _ROUNDS = 40
-_NEEDLE = np.radians(10.0)  # least angle of triangles whose edges may be flipped over polygons
+# Least angles of triangles whose edges may be flipped over polygons, and are cut only when the
+# edges round them are short enough.
+_NEEDLE, _NARROW = np.radians(10.0), np.radians(20.0)
 _COPLANAR = 1e-9  # distance from the plane, over the length of the edge, that does not count
 _LARGER = 1e-6  # radians by which opposite angles must exceed pi for a flip
 
@@ -101,25 +103,44 @@ class _Refinement:
         head = self.triangles[:, [1, 2, 0]].ravel()
         length = np.linalg.norm(self.points[head] - self.points[tail], axis=1)
         excess = length / np.repeat(self.limit, 3)
-        edge = np.flatnonzero((excess > 1) & ((twin < 0) | (np.arange(len(twin)) < twin)))
+        edge = self._to_cut(excess > 1, twin)
         room = max(0, MOST - len(self.triangles)) // 2
-        edge = edge[np.argsort(-excess[edge], kind="stable")[:room]]
+        edge = np.sort(edge[np.argsort(-excess[edge], kind="stable")[:room]])
         if not len(edge):
             return False
-        edge = np.sort(edge)
         middle = np.full(len(twin), -1, np.int64)
         middle[edge] = len(self.points) + np.arange(len(edge))
         inner = edge[twin[edge] >= 0]
         middle[twin[inner]] = middle[inner]
         added = 0.5 * (self.points[tail[edge]] + self.points[head[edge]])
         self.points = np.concatenate([self.points, added])
-        pieces = cut_triangles(self.points, self.triangles, middle)
+        self._take(cut_triangles(self.points, self.triangles, middle))
+        return True
+
+    def _to_cut(self, too_long, twin):
+        """Edges (n,) among those that are too long, one halfedge of each.
+
+        Those of narrow triangles that may be flipped wait until the others of these are short
+        enough: most are then flipped instead, and narrow strips are not filled with vertices.
+        """
+        edge = np.flatnonzero(too_long & ((twin < 0) | (np.arange(len(twin)) < twin)))
+        soft = np.zeros(len(twin), bool)
+        inner = edge[(twin[edge] >= 0) & ~self.kept[edge]]
+        one, two, narrow = inner // 3, twin[inner] // 3, self._thinner_than(_NARROW)
+        inner = inner[(narrow[one] | narrow[two]) & self._may_flip(one, two)]
+        inner = inner[self._wedge(inner, twin[inner])[0]]
+        soft[inner] = soft[twin[inner]] = True
+        busy = (too_long & ~soft).reshape(-1, 3).any(1)
+        there = np.where(twin[edge] >= 0, twin[edge], edge)
+        return edge[~soft[edge] | ~(busy[edge // 3] | busy[there // 3])]
+
+    def _take(self, pieces):
+        """Put the pieces of all triangles in their place."""
         self.triangles = pieces.triangles
         self.polygon, self.limit = self.polygon[pieces.face_origin], self.limit[pieces.face_origin]
         source = pieces.halfedge_origin
         self.halfedge_origin = np.where(source >= 0, self.halfedge_origin[source], -1)
         self.kept = (source >= 0) & self.kept[source]
-        return True
 
     def flip_edges(self):
         """Flip edges inside flat polygons, and at needles, towards a Delaunay triangulation.
@@ -130,8 +151,9 @@ class _Refinement:
         for _ in range(_ROUNDS):
             twin = self._twin()
             edge = np.flatnonzero((np.arange(len(twin)) < twin) & ~self.kept)
-            edge = edge[self._may_flip(edge, twin[edge])]
-            edge = edge[self._improves(edge, twin[edge])]
+            edge = edge[self._may_flip(edge // 3, twin[edge] // 3)]
+            coplanar, angle = self._wedge(edge, twin[edge])
+            edge = edge[coplanar & (angle > np.pi + _LARGER)]
             edge = independent_flips(self.triangles, edge, twin)
             if not len(edge):
                 break
@@ -141,17 +163,22 @@ class _Refinement:
             changed = True
         return changed
 
-    def _may_flip(self, halfedge, twin):
+    def _may_flip(self, one, two):
+        """(n,) bool for pairs of neighbours: of one polygon, or one of them a needle."""
+        needle = self._thinner_than(_NEEDLE)
+        return needle[one] | needle[two] | (self.polygon[one] == self.polygon[two])
+
+    def _thinner_than(self, angle):
+        """(F,) bool, triangles with an angle below the given one."""
         corner = self.points[self.triangles]
         side = np.sort(np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2), axis=1)
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         # The least angle lies between the two longer sides.
-        needle = np.linalg.norm(area, axis=1) < np.sin(_NEEDLE) * side[:, 1] * side[:, 2]
-        one, two = halfedge // 3, twin // 3
-        return needle[one] | needle[two] | (self.polygon[one] == self.polygon[two])
+        return np.linalg.norm(area, axis=1) < np.sin(angle) * side[:, 1] * side[:, 2]
 
-    def _improves(self, halfedge, twin):
-        """True where two triangles are coplanar and their angles opposite the edge too large."""
+    def _wedge(self, halfedge, twin):
+        """Of the two triangles at each edge: (n,) bool, whether they are coplanar, and the sum (n,)
+        of the angles opposite the edge; above pi each holds the other's vertex in its circle."""
         vertex = self.triangles.ravel()
         a, b = self.points[vertex[halfedge]], self.points[vertex[next_halfedge(halfedge)]]
         c = self.points[vertex[previous_halfedge(halfedge)]]
@@ -163,5 +190,4 @@ class _Refinement:
         # Distance of d from the plane of a, b, c over the length of the edge, and the same side.
         longest = np.linalg.norm(b - a, axis=1)
         off = np.abs(((d - a) * one).sum(1)) / np.maximum(size[0] * longest, 1e-300)
-        coplanar = (off <= _COPLANAR) & ((one * two).sum(1) > 0)
-        return coplanar & (angle > np.pi + _LARGER)
+        return (off <= _COPLANAR) & ((one * two).sum(1) > 0), angle

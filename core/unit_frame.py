@@ -1,7 +1,7 @@
 """A frame in which every mesh has about the size 1 and lies at the origin.
 
-Meshes come at 1e-7 and at an offset of 1e9. All computing is done in this frame; the factor is a
-power of two, so that scaling loses no digit.
+Meshes come at 1e-7 and at an offset of 1e9. All computing is done in this frame, so that nothing
+depends on scale and place but the last digit.
 """
 
 from __future__ import annotations
@@ -28,8 +28,7 @@ class UnitFrame:
 
 
 def unit_frame(points: np.ndarray) -> UnitFrame:
-    """The frame for points (n, 3), finite, at least one: their diagonal becomes 0.5 to 1."""
+    """The frame for points (n, 3), finite, at least one: their diagonal becomes 1."""
     lowest, highest = points.min(0), points.max(0)
     diagonal = float(np.linalg.norm(highest - lowest))
-    exponent = int(np.ceil(np.log2(diagonal))) if diagonal > 1e-290 else 0
-    return UnitFrame(0.5 * (lowest + highest), float(np.ldexp(1.0, exponent)))
+    return UnitFrame(0.5 * (lowest + highest), diagonal if diagonal > 1e-290 else 1.0)
