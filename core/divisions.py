@@ -120,11 +120,11 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
             division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured
         )
         fresh = regrid(surface, given.placement, given.blocks, arcs, division)
-        if number and np.array_equal(count, spacing.count):
+        if number >= 2 and np.array_equal(count, spacing.count):
             break
         count = spacing.count
         measured = measured_heights(
-            loops, fresh.placement, fresh.blocks, spacing.wall_side, wanted.grading
+            loops, fresh.placement, fresh.blocks, division.asked, wanted.grading
         )
     return fresh
 

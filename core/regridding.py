@@ -8,7 +8,8 @@ edges gained in exactness, and projected to the surface.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -41,6 +42,8 @@ class Division:
     wall_side  (B, 4) bool, block sides towards which the grid is graded, or None
     grading    Grading or None
     measured   what `measured_heights` gives, or None
+    asked      (block, side) -> (k,) float64, filled in by `regrid`: the first cells that it asked of
+               the lines that leave a wall, counter-clockwise along the side
     """
 
     count: np.ndarray
@@ -48,6 +51,7 @@ class Division:
     wall_side: np.ndarray | None = None
     grading: Grading | None = None
     measured: dict | None = None
+    asked: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -286,18 +290,20 @@ def _walls(division: Division, block) -> list | None:
     if division.wall_side is None or not division.wall_side[block].any():
         return None
 
-    def rule(side):
-        if not division.wall_side[block, side]:
-            return None
-        if division.measured is None:
-            return lambda row, leaving: line_heights(row, leaving, division.grading)
-        known = division.measured[block, side]
+    def rule(side, row, leaving):
         # From the second side on, sides run against the direction in which grids are numbered.
-        known = known if side < 2 else known[::-1]
-        at = np.linspace(0, 1, len(known))
-        return lambda row, leaving: np.interp(np.linspace(0, 1, len(row)), at, known)
+        order = 1 if side < 2 else -1
+        if division.measured is None:
+            height = line_heights(row, leaving, division.grading)
+        else:
+            known = division.measured[block, side][::order]
+            height = np.interp(np.linspace(0, 1, len(row)), np.linspace(0, 1, len(known)), known)
+        division.asked[block, side] = height[::order]
+        return height
 
-    return [rule(side) for side in range(4)], division.grading.growth
+    is_wall = division.wall_side[block]
+    rules = [partial(rule, side) if is_wall[side] else None for side in range(4)]
+    return rules, division.grading.growth
 
 
 def _side(nodes: _Nodes, edge, forward):
@@ -332,11 +338,11 @@ def fill_grid(grid, sides, walls=None):
     gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
     across, along = ((walls[0][0], walls[0][2]), (walls[0][3], walls[0][1])) if walls else ((), ())
     if any(across):
-        border = sides[0][1], sides[2][1][::-1]
+        border = sides[0][1], sides[2][1][::-1], sides[3][1][::-1], sides[1][1]
         v = _graded_lines(grid, low, high, v, border, (gain[0], gain[2]), across, walls[1])
         u = low + v * lean
     if any(along):
-        border = sides[3][1][::-1], sides[1][1]
+        border = sides[3][1][::-1], sides[1][1], sides[0][1], sides[2][1][::-1]
         turned = grid.transpose(1, 0, 2)
         u = _graded_lines(
             turned, start, end, u.T, border, (gain[3], gain[1]), along, walls[1]
@@ -368,7 +374,8 @@ def _graded_lines(grid, low, high, v, border, gain, walls, growth):
 
     low, high  (M + 1,), where the lines start and end, of 1
     v          (N + 1, M + 1), of 1; its first and last lines, those on block edges, are kept
-    border     two (M + 1, 3), the first and last row; gain likewise
+    border     the new nodes of the first and last row (M + 1, 3), first and last column (N + 1, 3)
+    gain       two (M + 1, 3), what the first and last row gained over the old grid
     walls      rules for the first cells at the first and the last row, None where it is no wall
     """
     rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
@@ -377,7 +384,10 @@ def _graded_lines(grid, low, high, v, border, gain, walls, growth):
     line += (1 - share)[..., None] * gain[0] + share[..., None] * gain[1]
     arc = np.zeros(line.shape[:2])
     arc[1:] = np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=2), axis=0)
-    edge_arc = np.stack([np.interp(v[:, c], share[:, 0], arc[:, c]) for c in (0, -1)], axis=1)
+    edge_arc = np.zeros((len(v), 2))
+    for side in (0, 1):
+        step = np.linalg.norm(np.diff(border[2 + side], axis=0), axis=1)
+        edge_arc[1:, side] = np.cumsum(step)
     weight = np.linspace(0, 1, len(low))
     height = []
     for rule, cell, row, leaving in (
@@ -391,7 +401,7 @@ def _graded_lines(grid, low, high, v, border, gain, walls, growth):
     share_of_arc = graded_positions(arc[-1], len(v) - 1, *height, growth) / arc[-1][:, None]
     # The lines on block edges are given: lines beside them differ from their rule as they do.
     for side, fade in ((0, 1 - weight), (-1, weight)):
-        differs = edge_arc[:, side] / arc[-1, side] - share_of_arc[side]
+        differs = edge_arc[:, side] / edge_arc[-1, side] - share_of_arc[side]
         share_of_arc += fade[:, None] ** _EDGE_FADING * differs
     result = v.copy()
     for column in range(1, len(low) - 1):

@@ -18,7 +18,7 @@ from .errors import SettingsError
 from .grading import cells_needed, graded_positions
 
 # The first height is measured across the wall; lines that lean more than this are not followed.
-LEAST_SINE = 0.5
+LEAST_SINE = 0.3
 # A cell of this share of the regular one meets it.
 MEETS = 0.95
 _MOST_ROUNDS = 50
@@ -161,23 +161,28 @@ def line_heights(row, leaving, grading: Grading) -> np.ndarray:
     return grading.first_height / np.maximum(sine(np.gradient(row, axis=0), leaving), LEAST_SINE)
 
 
-def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, wall_side, grading) -> dict:
-    """First cells that lines would have needed in a graded grid: (block, side) -> (k,) float64.
+def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, grading) -> dict:
+    """First cells to ask for after those of a graded grid were measured: like asked.
 
-    The lines of a side are ordered counter-clockwise along it.
+    asked  (block, side) -> (k,) float64, first cells that were asked of the lines from a side on a
+           wall, counter-clockwise along it
     """
     result = {}
-    for block, side in np.argwhere(wall_side):
+    for (block, side), height in asked.items():
         foot, first = turned_grid(blocks, block, side)[:2]
         point = placement.point[first]
         leaving = point - placement.point[foot]
         loop = placement.loop[foot]
         wall, _ = loops.point(loop, loops.closest(loop, point))
-        share = np.linalg.norm(point - wall, axis=1) / np.linalg.norm(leaving, axis=1)
-        height = grading.first_height / np.clip(share, LEAST_SINE, 1.0)
-        # Nodes that lie on the boundary themselves say nothing of their distance from it.
+        away = np.maximum(np.linalg.norm(point - wall, axis=1), 1e-300)
+        better = height * grading.first_height / away
+        # Lines on block edges were not asked, and nodes on the boundary say nothing of the wall.
+        ends = [0, -1]
+        better[ends] = (np.linalg.norm(leaving, axis=1) * grading.first_height / away)[ends]
         rule = line_heights(placement.point[foot], leaving, grading)
-        result[block, side] = np.where(placement.loop[first] >= 0, rule, height)
+        better = np.where(placement.loop[first] >= 0, rule, better)
+        result[block, side] = np.clip(better, LEAST_SINE * grading.first_height,
+                                      grading.first_height / LEAST_SINE)
     return result
 
 
