@@ -26,6 +26,8 @@ class Constraints:
     kink         (V,) bool, boundary vertices with n_b = 2 that turn by more than the kink angle
     lean         (V,) float64 or 0, radians by which the cross is turned from its symmetrical place
                  between the two boundary edges, where these are jagged
+    guide        (V,) complex128 or None, w exp(4 i angle): the cross is drawn to this angle with a
+                 strength w, one over the square of a length; 0 where free
     """
 
     fixed: np.ndarray
@@ -33,6 +35,7 @@ class Constraints:
     block_count: np.ndarray
     kink: np.ndarray
     lean: np.ndarray | float = 0.0
+    guide: np.ndarray | None = None
 
     @property
     def corner(self) -> np.ndarray:

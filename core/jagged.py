@@ -20,9 +20,9 @@ WINDOW = 5
 SHORTEST_LOOP = 40
 # Radians from which a vertex turns sharply, how many of them in a window make it jagged, and the
 # least turning in the window that other turning undoes.
-SHARP, MOST_SHARP, UNDONE = np.radians(25), 5, np.pi
+SHARP, MOST_SHARP, UNDONE = np.radians(25), 4, np.pi
 # Mean direction before and after a vertex must differ by more for a corner, in radians.
-CORNER = np.radians(60)
+CORNER = np.radians(75)
 
 
 def smooth_jagged(surface: TriangleSurface, constraints: Constraints) -> Constraints:

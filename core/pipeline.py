@@ -16,6 +16,7 @@ from .charts import cut_along, share_nodes
 from .cleaning import CleanMesh, clean
 from .constraints import boundary_constraints
 from .cross_field import CrossField, build_cross_field
+from .curvature import guide_by_curvature
 from .decomposition import Decomposition
 from .distance import arrival_distance
 from .errors import Cancelled, LayoutError
@@ -199,6 +200,7 @@ def _prepare(working: WorkingSurface, crease, settings: Settings):
         surface, origin = split_boundary_chords(working.surface)
         constraints = boundary_constraints(surface, settings.kink_angle)
         constraints = smooth_jagged(surface, constraints)
+    constraints = guide_by_curvature(surface, constraints)
     return surface, constraints, working.face_origin[origin], charts
 
 

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from .constraints import Constraints
-from .cross_field import CrossField, build_cross_field
+from .cross_field import CrossField, build_cross_field, wrap
 from .errors import Cancelled
 from .linear import SparseMatrix, solve
 from .multigrid import Multigrid
@@ -52,14 +52,15 @@ def relax(
     the boundary would send two lines into one wall: where one comes out it is pushed away, see
     `_cured`. Raises Cancelled.
     """
-    fixed = constraints.fixed
+    fixed, guide = constraints.fixed, constraints.guide
     given = np.where(fixed, constraints.angle, angle)
     if mode == "none":
         return given
     relaxed = given
     if mode == "diffused":
-        relaxed = _diffused(surface, fixed, given, _diffusion_times(surface), cancelled)
-    relaxed = _harmonic(surface, fixed, build_cross_field(surface, relaxed, constraints), cancelled)
+        relaxed = _diffused(surface, fixed, given, _diffusion_times(surface), cancelled, guide)
+    field = build_cross_field(surface, relaxed, constraints)
+    relaxed = _harmonic(surface, fixed, field, cancelled, guide)
     return _cured(surface, constraints, given, relaxed, mode, cancelled)
 
 
@@ -185,8 +186,8 @@ class _Unknowns:
         return matrix, right[free]
 
 
-def _harmonic(surface, held, field, cancelled):
-    """Angles that minimise the energy with the matching of the field kept."""
+def _harmonic(surface, held, field, cancelled, guide=None):
+    """Angles that minimise the energy, and the distance to the guide, with the matching kept."""
     unknowns = _Unknowns(surface, held)
     matrix, _ = unknowns.laplacian(1.0, np.zeros(surface.vertex_count))
     tail, head = unknowns.ends
@@ -194,7 +195,12 @@ def _harmonic(surface, held, field, cancelled):
     count = surface.vertex_count
     divergence = np.bincount(tail, flow, count) - np.bincount(head, flow, count)
     angle = field.angle.copy()
-    angle[~held] += solve(matrix, divergence[~held], tolerance=1e-6, cancelled=cancelled)
+    right = divergence[~held]
+    if guide is not None:
+        pull = unknowns.area * np.abs(guide[~held])
+        matrix = matrix.plus_diagonal(pull)
+        right = right + pull * wrap(np.angle(guide[~held]) / 4 - angle[~held])
+    angle[~held] += solve(matrix, right, tolerance=1e-6, cancelled=cancelled)
     return angle
 
 
@@ -205,7 +211,7 @@ def _diffusion_times(surface):
     return np.geomspace(max(longest, shortest), shortest, DISTANCES)
 
 
-def _diffused(surface, held, angle, times, cancelled):
+def _diffused(surface, held, angle, times, cancelled, guide=None):
     """Angles after diffusion of the representation vectors over each of the times in turn.
 
     A step of implicit diffusion over time t, u + (C + M / t)^-1 (b - C u), is taken with one cycle
@@ -217,11 +223,15 @@ def _diffused(surface, held, angle, times, cancelled):
         return angle
     parallel = np.exp(4j * surface.transport[surface.edges])
     matrix, right = unknowns.laplacian(parallel, np.exp(4j * angle))
-    multigrid = Multigrid(matrix)
     u = np.exp(4j * angle[free])
     loose = _loose_vertices(surface, held)[free]
     if loose.any():
         u = _smoothest(unknowns, matrix, u, loose, cancelled)
+    if guide is not None:
+        matrix = matrix.plus_diagonal(unknowns.area * np.abs(guide[free]))
+        right = right + unknowns.area * guide[free]
+        u = _guided(surface, matrix, right, u, guide, free, cancelled)
+    multigrid = Multigrid(matrix)
     for time in times:
         cycle = multigrid.plus_diagonal(unknowns.area / time)
         before = u
@@ -247,6 +257,21 @@ def _loose_vertices(surface, held):
     loose = np.zeros(surface.vertex_count, bool)
     loose[surface.tail] = np.repeat(~tied[surface.component], 3)
     return loose
+
+
+def _guided(surface, matrix, right, u, guide, free, cancelled):
+    """Unit vectors u with those of components that have a guide replaced by the nearest to it."""
+    led = np.zeros(surface.component_count, bool)
+    led[np.repeat(surface.component, 3)[guide[surface.tail] != 0]] = True
+    of_led = np.zeros(surface.vertex_count, bool)
+    of_led[surface.tail] = np.repeat(led[surface.component], 3)
+    if not led.any():
+        return u
+    shifted = matrix.plus_diagonal(np.full(len(u), 1e-9))
+    found = solve(
+        shifted, right, tolerance=1e-3, cancelled=cancelled, preconditioner=Multigrid(shifted)
+    )
+    return np.where(of_led[free] & (np.abs(found) > 1e-6), _unit(found), u)
 
 
 def _smoothest(unknowns, matrix, u, loose, cancelled):
