@@ -14,7 +14,7 @@ from mathutils import Matrix
 from . import markers, palette, results
 from .blend_files import quiet
 
-LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singularities", "irregular")
+LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singularities")
 _PAPER = (1.0, 1.0, 1.0)
 _SURFACE = (0.80, 0.82, 0.85, 1.0)
 _CROSS = (0.10, 0.28, 0.42, 1.0)
@@ -24,7 +24,7 @@ _WIRE = (0.20, 0.22, 0.26, 1.0)
 def render_picture(
     path: Path,
     decomposition,
-    layers=("quads", "blocks", "irregular"),
+    layers=("quads", "blocks", "singularities"),
     pixels=1600,
     window=None,
     weight=1.0,
@@ -155,10 +155,13 @@ def _singular_points(decomposition, layers):
     return decomposition.singularities.position, decomposition.singularities.valence
 
 
-def _markers(positions, k, radius):
-    """A ball at each singularity or irregular vertex: red for k < 0, blue for k > 0."""
+def _markers(positions, valences, radius):
+    """A ball at each singularity: red for k < 0, blue for k > 0."""
     shown = []
-    for colour, chosen in ((palette.NEGATIVE, k < 0), (palette.POSITIVE, k > 0)):
+    for colour, chosen in (
+        (palette.NEGATIVE, valences < 4),
+        (palette.POSITIVE, valences > 4),
+    ):
         ball = bpy.data.meshes.new("ball")
         points, faces = markers.ball(radius)
         centre = np.asarray(positions)[chosen]

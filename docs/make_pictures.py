@@ -22,7 +22,7 @@ STEPS = {
     "distance": ("surface", "distance"),
     "field": ("surface", "field", "singularities"),
     "cells": ("surface", "lines", "singularities"),
-    "blocks": ("quads", "blocks", "irregular"),
+    "blocks": ("quads", "blocks", "singularities"),
 }
 COUNTS = {"plate": 2500, "aerofoil": 5000, "octant": 600}
 SHOWN = {"octant": ("field", "blocks")}
