@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .blocks import Blocks
 from .boundary import build_loops
 from .chords import (
     Chords,
@@ -20,7 +21,7 @@ from .edge_spacing import edge_fractions, kinks_inside
 from .errors import LayoutError, SettingsError
 from .projection import surface_normal
 from .quality import scaled_jacobian
-from .regridding import Division, Regridded, edge_arcs, regrid
+from .regridding import Crease, Division, Regridded, edge_arcs, edge_chain, regrid
 from .smoothing import smooth
 from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
 
@@ -51,7 +52,7 @@ def redivide(
     Block, block edge and corner numbers stay. Raises SettingsError for locks that contradict each
     other, the grading or the kinks of the boundary, LayoutError where quads would fold.
     """
-    blocks, placement, surface = decomposition.blocks, decomposition.placement, decomposition.surface
+    blocks, placement, surface = decomposition.blocks, decomposition.placement, decomposition.whole
     if blocks is None:
         raise SettingsError("There are no blocks to divide; run all stages first.")
     chords = find_chords(blocks)
@@ -61,31 +62,34 @@ def redivide(
     least = _least_counts(chords, locked, kinks_inside(placement.fixed, blocks) + 1)
     wish, wanted = _wishes(decomposition, chords, length, edge_length, quad_count)
     count = choose_counts(blocks, chords, wish, locked, least, wanted)
-    wanted = _Wanted(chords, count, locked, grading)
+    wanted = _Wanted(chords, count, locked, grading, _crease(decomposition))
     fresh = _divide(decomposition, wanted)
+    quads = _quad_mesh(surface, fresh, _on_crease(blocks, decomposition.quads.crease))
     return replace(
-        decomposition, quads=_quad_mesh(surface, fresh), blocks=fresh.blocks,
-        placement=fresh.placement,
+        decomposition, quads=quads, blocks=fresh.blocks, placement=fresh.placement,
     )
 
 
 @dataclass(frozen=True)
 class _Wanted:
-    """Divisions (chords,) before grading, locked ones (chords,), 0 where free, and the grading."""
+    """Divisions (chords,) before grading, locked ones (chords,), 0 where free, grading, creases."""
 
     chords: Chords
     count: np.ndarray
     locked: np.ndarray
     grading: Grading | None
+    crease: Crease | None
 
 
 def _divide(decomposition, wanted: _Wanted) -> Regridded:
     """Divide the blocks; where quads fold, smooth them, or grade a finer and smoothed grid."""
-    surface = decomposition.surface
-    given = Regridded(decomposition.placement, decomposition.quads.quads, decomposition.blocks)
+    surface = decomposition.whole
+    given = Regridded(
+        decomposition.placement, decomposition.quads.quads, decomposition.blocks
+    )
     fresh = _regrid(surface, given, wanted)
     # Vertices on feature edges would leave them when smoothed as if they were inside.
-    if decomposition.charts is not None or _shape(surface, fresh).min() > _WORST_SHAPE:
+    if len(decomposition.quads.crease) or _shape(surface, fresh).min() > _WORST_SHAPE:
         return fresh
     if wanted.grading is None:
         return _smoothed(surface, fresh)
@@ -107,6 +111,7 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     if wanted.grading is None:
         free = [None] * len(arcs)
         division = _division(given, wanted, arcs, wanted.count, free, np.zeros(len(arcs), bool))
+        division = replace(division, crease=wanted.crease)
         return regrid(surface, given.placement, given.blocks, arcs, division)
     loops, measured, count = build_loops(surface), None, np.zeros_like(wanted.count)
     for number in range(_MOST_PASSES):
@@ -117,7 +122,8 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         )
         division = _division(given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads)
         division = replace(
-            division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured
+            division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured,
+            crease=wanted.crease,
         )
         fresh = regrid(surface, given.placement, given.blocks, arcs, division)
         if number >= 2 and np.array_equal(count, spacing.count):
@@ -173,7 +179,28 @@ def _shape(surface, fresh):
     return scaled_jacobian(placement.point, fresh.quads, normal)
 
 
-def _quad_mesh(surface, fresh) -> QuadMesh:
+def _crease(decomposition) -> Crease | None:
+    """The block edges along feature edges and these themselves, None without any."""
+    charts, mesh_edges = decomposition.charts, decomposition.quads.crease
+    if charts is None or not len(mesh_edges):
+        return None
+    surface, halfedge = decomposition.whole, np.flatnonzero(charts.across >= 0)
+    return Crease(
+        _on_crease(decomposition.blocks, mesh_edges), surface.points[surface.tail[halfedge]],
+        surface.points[surface.head[halfedge]], halfedge // 3,
+    )
+
+
+def _on_crease(blocks: Blocks, crease) -> np.ndarray:
+    """(E,) bool, block edges that run along feature edges; crease (n, 2) int, mesh edges there."""
+    first = blocks.edge_vertex[blocks.edge_offset[:-1]]
+    second = blocks.edge_vertex[blocks.edge_offset[:-1] + 1]
+    ends = np.sort(np.stack([first, second], axis=1), axis=1)
+    span = np.array([len(blocks.grid_vertex) + 1, 1])
+    return np.isin(ends @ span, np.sort(crease, axis=1) @ span)
+
+
+def _quad_mesh(surface, fresh, on_crease) -> QuadMesh:
     shape = _shape(surface, fresh)
     if shape.min() <= 0:
         block = fresh.blocks.quad_block[shape.argmin()]
@@ -187,4 +214,7 @@ def _quad_mesh(surface, fresh) -> QuadMesh:
     on_edge = np.repeat(blocks.edge_on_boundary, np.diff(blocks.edge_offset))
     on_boundary[blocks.edge_vertex[on_edge]] = True
     valence = np.bincount(fresh.quads.ravel(), minlength=len(point))
-    return QuadMesh(point, fresh.quads, on_boundary, valence, shape)
+    chain = [edge_chain(blocks, edge) for edge in np.flatnonzero(on_crease)]
+    steps = [np.stack([vertex[:-1], vertex[1:]], axis=1) for vertex in chain]
+    crease = np.concatenate([np.zeros((0, 2), np.int64), *steps])
+    return QuadMesh(point, fresh.quads, on_boundary, valence, shape, crease)

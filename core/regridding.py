@@ -33,6 +33,29 @@ _ON_SURFACE = 1e-12
 
 
 @dataclass(frozen=True)
+class Crease:
+    """Feature edges of the surface, which some block edges run along.
+
+    edge         (E,) bool, block edges along feature edges
+    start, end   (n, 3) float64, ends of the feature edges of the surface
+    face         (n,) int64, a triangle beside each
+    """
+
+    edge: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    face: np.ndarray
+
+    def closest(self, points):
+        """Closest points (k, 3) on the feature edges, and a triangle (k,) beside each."""
+        step = self.end - self.start
+        along = ((points[:, None] - self.start) * step).sum(2) / (step**2).sum(1)
+        place = self.start + np.clip(along, 0, 1)[..., None] * step
+        best = ((points[:, None] - place) ** 2).sum(2).argmin(1)
+        return place[np.arange(len(points)), best], self.face[best]
+
+
+@dataclass(frozen=True)
 class Division:
     """What every block edge is to be divided into.
 
@@ -44,6 +67,7 @@ class Division:
     measured   what `measured_heights` gives, or None
     asked      (block, side) -> (k,) float64, filled in by `regrid`: the first cells that it asked of
                the lines that leave a wall, counter-clockwise along the side
+    crease     Crease or None
     """
 
     count: np.ndarray
@@ -52,6 +76,7 @@ class Division:
     grading: Grading | None = None
     measured: dict | None = None
     asked: dict = field(default_factory=dict)
+    crease: Crease | None = None
 
 
 @dataclass(frozen=True)
@@ -163,11 +188,16 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
             along = placement.loop_position[chain[0]] + sign[edge] * np.interp(index, old, arc)
             nodes.position[here] = loops.wrap(loop, along)
             nodes.point[here], nodes.face[here] = loops.point(loop, along)
-        elif len(fixed) or (placement.loop[chain[1:-1]] >= 0).any():
+        elif division.crease is not None and division.crease.edge[edge]:
+            on_line = _sample_line(placement.point[chain], index)
+            nodes.point[here], nodes.face[here] = division.crease.closest(on_line)
+        elif len(fixed):
             nodes.point[here] = _sample_line(placement.point[chain], index)
         else:
             nodes.point[here] = _sample_curve(placement.point[chain], index)
-    inside = np.repeat(~blocks.edge_on_boundary, np.diff(offset))
+    free = ~blocks.edge_on_boundary
+    free = free & ~division.crease.edge if division.crease is not None else free
+    inside = np.repeat(free, np.diff(offset))
     inside &= nodes.index != np.rint(nodes.index)
     nodes.point[inside], nodes.face[inside] = _onto(
         surface, nodes.point[inside], nodes.face[inside]
