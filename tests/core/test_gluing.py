@@ -1,10 +1,13 @@
 """Quads across feature edges: conforming, creases kept as edge chains, known answers."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from core.blocks import verify_blocks
 from core.boundary import build_loops
+from core.divisions import redivide
 from core.errors import InputError
 from core.pipeline import decompose
 from core.settings import Settings
@@ -42,6 +45,7 @@ CREASED = {
 }
 
 
+@cache
 def run(name, quad_count=700, **settings):
     marked = None
     if name in SLIT:
@@ -194,3 +198,17 @@ def test_random_solids_keep_their_creases(seed):
         == surface.euler_characteristic
     )
     assert result.quads.scaled_jacobian.min() > 0.5
+
+
+@pytest.mark.parametrize("name", ["block", "capped cylinder", "fading crease", "cross"])
+def test_new_divisions_keep_the_creases(name):
+    _, result = run(name)
+    fresh = redivide(result, quad_count=1500)
+    assert abs(len(fresh.quads.quads) / 1500 - 1) < 0.2
+    edge, _ = edge_counts(fresh.quads.quads)
+    assert np.isin(np.sort(fresh.quads.crease, axis=1) @ [10**6, 1], edge @ [10**6, 1]).all()
+    before, after = (
+        np.linalg.norm(np.subtract(*mesh.points[mesh.crease.T]), axis=1).sum()
+        for mesh in (result.quads, fresh.quads)
+    )
+    assert np.isclose(before, after, rtol=0.01)
