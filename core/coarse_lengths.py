@@ -22,6 +22,8 @@ LONGEST_VANISHING = 0.7
 LOOP_SHARE = 0.6
 LEAST_LOOP = 3
 MOST_ROUNDS = 40
+# Share of the vanished arcs that is kept where it is not clear which one is to blame.
+_BLIND_SHARE = 0.1
 
 
 def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndarray:
@@ -43,7 +45,7 @@ def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndar
         try:
             short = arcs_too_short(layout, length)[1]
         except LayoutError:
-            wrong = _wrongly_zero(complex, wish, length)
+            wrong = _wrongly_zero(layout, wish, length)
             if not len(wrong):
                 raise
             lower[wrong] = 1
@@ -86,23 +88,33 @@ def _lengthen_loops(arc, loop, wish, length, lower) -> bool:
     return bool(short.any())
 
 
-def _wrongly_zero(complex: CellComplex, wish, length) -> np.ndarray:
+def _wrongly_zero(layout: Layout, wish, length) -> np.ndarray:
     """Arcs to keep from vanishing: the longest of each group that joins what must stay apart.
 
-    Where no such group is to blame, the longest vanished arc of all; empty without any.
+    On a cut surface also of the groups that do so on its charts. Where no such group is to blame,
+    the longer ones of all vanished arcs; empty without any.
     """
     zero = np.flatnonzero(length == 0)
     if not len(zero):
         return zero
+    wrong = _longest_guilty(layout.complex, wish, length)
+    if layout.gluing is not None:
+        arc = layout.gluing.arc
+        wrong = np.union1d(wrong, arc[_longest_guilty(layout.gluing.complex, wish[arc], length[arc])])
+    if len(wrong):
+        return wrong
+    return zero[wish[zero] >= np.quantile(wish[zero], 1 - _BLIND_SHARE)]
+
+
+def _longest_guilty(complex: CellComplex, wish, length) -> np.ndarray:
+    """Of the vanished arcs of every vertex that joins wrongly the longest."""
     layout = build_quads(complex, length)
+    zero = np.flatnonzero(length == 0)
     vertex = layout.node_vertex[complex.arc_node[zero, 0]]
     guilty = _joins_wrongly(complex, layout)[vertex]
-    if not guilty.any():
-        return zero[[np.argmax(wish[zero])]]
     zero, vertex = zero[guilty], vertex[guilty]
     order = np.lexsort([-wish[zero], vertex])
-    first = np.flatnonzero(np.diff(vertex[order], prepend=-1))
-    return zero[order[first]]
+    return zero[order[np.flatnonzero(np.diff(vertex[order], prepend=-1))]]
 
 
 def _joins_wrongly(complex: CellComplex, layout: QuadLayout) -> np.ndarray:
