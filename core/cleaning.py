@@ -26,7 +26,7 @@ from .manifold import (
     glue,
     split_fans,
 )
-from .orientation import cut_one_sided, find_turned, turn
+from .orientation import cut_one_sided, find_turned, find_twisted, turn
 from .polygons import Polygons, as_polygons
 from .refusals import (
     as_points,
@@ -168,25 +168,27 @@ def _manifold(shape, triangles, polygon, notes):
     their vertices."""
     given = len(np.unique(polygon))
     keep = sound_triangles(shape, triangles)
-    keep = np.delete(keep, find_repeated_rows(triangles[keep])[:, 1])
+    if len(np.unique(polygon)) < len(polygon):  # of single triangles none is there twice
+        keep = np.delete(keep, find_repeated_rows(triangles[keep])[:, 1])
     triangles, polygon = triangles[keep], polygon[keep]
     crowded = crowded_halfedges(triangles, len(shape))
-    ties = len(find_touching(triangles, len(shape)))
     mate = glue(shape, triangles, polygon)
+    faulty = crowded.any() or find_twisted(triangles, mate).any()
+    ties = len(find_touching(triangles, len(shape)) if faulty else find_bow_ties(triangles, mate))
     cut = cut_one_sided(shape, triangles, mate)
     _note_cuts(triangles, crowded, len(shape), ties, cut, notes)
     triangles, mate = _oriented(shape, triangles, polygon, mate, notes)
     origin = np.arange(len(shape))
     if crowded.any() or cut or ties:
         triangles, origin = _split(triangles, mate, origin)
+    before = triangles
     triangles, polygon = without_flat_triangles(shape[origin], triangles, polygon)
     if not len(triangles):
         raise InputError(
             "The mesh has no area: all its faces are lines or points; give it faces with area."
         )
-    mate = _twins(triangles, len(origin))
-    if len(find_bow_ties(triangles, mate)):
-        triangles, origin = _split(triangles, mate, origin)
+    if triangles is not before:
+        triangles, origin = _split(triangles, _twins(triangles, len(origin)), origin)
     flat = given - len(np.unique(polygon))
     if flat:
         notes.append(f"{_count(flat, 'face', 'faces')} without area {_were(flat)} left out.")

@@ -29,6 +29,8 @@ def sound_triangles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     left = np.arange(len(triangles))
     while True:
         flat = find_flat_triangles(points, triangles[left])
+        if not len(flat):
+            return left
         crowded = crowded_halfedges(triangles[left], len(points)).reshape(-1, 3)
         wrong = flat[crowded[flat].any(1)]
         if not len(wrong):

@@ -54,6 +54,9 @@ def find_weld(points: np.ndarray, polygons: Polygons, distance: float, repair: b
         pairs.append(_short_edges(points, polygons))
     target, counts = np.arange(len(points)), []
     for some in pairs:
+        if not len(some):
+            counts.append(0)
+            continue
         before = np.count_nonzero(target == np.arange(len(points)))
         first, second = target[some].T
         component = connected_components(len(points), first, second)
