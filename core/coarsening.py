@@ -27,6 +27,8 @@ _SQUARES = {"balanced": (35, 12, 80, 200, 550), "fewest": (12, 35, 80, 200)}
 # A first layout as well shaped as this is taken without looking at others; else the first one that
 # is nearly as good as the best.
 _GOOD_START = 0.55
+# Without any first layout as well shaped as this the direct layout is taken.
+_LEAST_START = 0.1
 _NEARLY = 0.75
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
@@ -120,7 +122,7 @@ def _first_draft(surface, layout, goal, coarseness, cancelled):
         if found[-1][1].worst >= _GOOD_START:
             break
     best = max((draft.worst for _, draft in found), default=0.0)
-    if best <= 0:
+    if best < _LEAST_START:
         return None
     return next((board, draft) for board, draft in found if draft.worst >= _NEARLY * best)
 
