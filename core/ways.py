@@ -49,14 +49,18 @@ def ways(creases, settings: Settings) -> list[Way]:
 
     creases  list of (3F,) bool, feature halfedges, from all to none
     """
-    others = [mode for mode in reversed(RELAXATIONS) if mode != settings.relaxation]
+    first, second = (
+        Way("other field", creases[0], replace(settings, relaxation=mode))
+        for mode in reversed(RELAXATIONS) if mode != settings.relaxation
+    )
     finer = replace(settings, quad_count=4 * settings.quad_count)
     if settings.edge_length is not None:
         finer = replace(settings, edge_length=0.5 * settings.edge_length)
     return [
         Way("direct", creases[0], settings),
-        *(Way("other field", creases[0], replace(settings, relaxation=mode)) for mode in others),
-        Way("other field", creases[0], settings, seed=1),
+        first,
         *(Way("fewer feature edges", crease, settings) for crease in creases[1:]),
+        second,
+        Way("other field", creases[0], settings, seed=1),
         Way("finer quads", creases[0], finer),
     ]
