@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..core.errors import InputError
+from .marked_edges import marked_edges
 
 
 @dataclass(frozen=True)
@@ -20,12 +21,14 @@ class MeshArrays:
     polygon_start  (N,) int32, first corner of each polygon
     on_object      True when vertices and polygons are those of the object's own mesh, so that
                    values per vertex and per polygon can be written onto it
+    marked_edges   (n, 2) int32, ends of the edges that carry a wanted mark
     """
 
     points: np.ndarray
     corner_vertex: np.ndarray
     polygon_start: np.ndarray
     on_object: bool
+    marked_edges: np.ndarray
 
     @property
     def polygons(self):
@@ -37,14 +40,19 @@ class MeshArrays:
         return [piece.tolist() for piece in pieces]
 
 
-def read_object(context, source) -> MeshArrays:
+def read_object(context, source, marks=()) -> MeshArrays:
     """The mesh of an object: in edit mode as edited, otherwise with its modifiers applied.
+
+    marks  identifiers of `marked_edges.MARKS` whose edges are wanted
 
     Raises InputError when the object is not a mesh or has no faces.
     """
     if source is None or source.type != "MESH":
         raise InputError("There is no active mesh object; select the mesh to decompose.")
-    arrays = _read_edited(source) if source.mode == "EDIT" else _read_evaluated(context, source)
+    if source.mode == "EDIT":
+        arrays = _read_edited(source, marks)
+    else:
+        arrays = _read_evaluated(context, source, marks)
     if not len(arrays.polygon_start):
         raise InputError(
             f"The mesh of {source.name!r} has no faces; Crossfield needs a surface with faces."
@@ -52,21 +60,22 @@ def read_object(context, source) -> MeshArrays:
     return arrays
 
 
-def _read_edited(source) -> MeshArrays:
+def _read_edited(source, marks) -> MeshArrays:
     copy = bpy.data.meshes.new("Crossfield input")
     try:
         bmesh.from_edit_mesh(source.data).to_mesh(copy)
-        return MeshArrays(*_mesh_arrays(copy), on_object=True)
+        return MeshArrays(*_mesh_arrays(copy), True, marked_edges(copy, marks))
     finally:
         bpy.data.meshes.remove(copy)
 
 
-def _read_evaluated(context, source) -> MeshArrays:
+def _read_evaluated(context, source, marks) -> MeshArrays:
     depsgraph = context.evaluated_depsgraph_get()
     evaluated = source.evaluated_get(depsgraph)
     mesh = evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
     try:
         points, corner_vertex, polygon_start = _mesh_arrays(mesh)
+        marked = marked_edges(mesh, marks)
     finally:
         evaluated.to_mesh_clear()
     own_points, own_corner_vertex, own_polygon_start = _mesh_arrays(source.data)
@@ -75,7 +84,7 @@ def _read_evaluated(context, source) -> MeshArrays:
         and np.array_equal(corner_vertex, own_corner_vertex)
         and np.array_equal(polygon_start, own_polygon_start)
     )
-    return MeshArrays(points, corner_vertex, polygon_start, on_object)
+    return MeshArrays(points, corner_vertex, polygon_start, on_object, marked)
 
 
 def _mesh_arrays(mesh):

@@ -44,12 +44,13 @@ class _StageOperator(SettingProperties):
         progress = context.window_manager
         progress.progress_begin(0.0, 1.0)
         try:
-            arrays = mesh_arrays.read_object(context, source)
+            arrays = mesh_arrays.read_object(context, source, self.marks)
             decomposition = decompose(
                 arrays.points,
                 arrays.polygons,
                 self.settings(self.stop_after),
                 progress=lambda fraction, stage: progress.progress_update(fraction),
+                marked_edges=arrays.marked_edges,
             )
         except CrossfieldError as error:
             self.report({"ERROR"}, str(error))
@@ -105,6 +106,7 @@ def draw_details(layout, settings, stop_after="quads"):
     if settings.keep_creases:
         layout.prop(settings, "feature_angle")
         layout.prop(settings, "feature_follow_angle")
+    layout.column(heading="Keep marked").prop(settings, "marks")
     layout.prop(settings, "repair")
     layout.prop(settings, "weld_distance")
     if stop_after == "quads":

@@ -7,6 +7,7 @@ from math import radians
 import bpy
 
 from ..core.settings import Settings
+from .marked_edges import MARKS
 
 _DEFAULTS = Settings()
 _OPTIONS = {"SKIP_SAVE"}
@@ -106,6 +107,13 @@ class SettingProperties:
         max=radians(179.0),
         subtype="ANGLE",
         options=_OPTIONS,
+    )
+    marks: bpy.props.EnumProperty(
+        name="Marked edges",
+        description="Edges with these marks stay edges of the quad mesh",
+        items=MARKS,
+        options=_OPTIONS | {"ENUM_FLAG"},
+        default={"SHARP"},
     )
     line_distance: bpy.props.FloatProperty(
         name="Longest line",
