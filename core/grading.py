@@ -29,7 +29,9 @@ def cells_needed(length, low, high, ratio: float, regular) -> np.ndarray:
 
     length, low, high, regular  (n,) float64
     """
-    length, low, high, regular = np.broadcast_arrays(*map(np.float64, (length, low, high, regular)))
+    length, low, high, regular = np.broadcast_arrays(
+        *(np.asarray(a, np.float64) for a in (length, low, high, regular))
+    )
     layers = sum(
         np.log(np.maximum(np.where(np.isfinite(end), regular / end, 1.0), 1.0)) / np.log(ratio)
         for end in (low, high)
@@ -65,7 +67,9 @@ def graded_positions(length, count: int, low, high, ratio: float) -> np.ndarray:
     `ratio` to one common length. Where there are too few cells for that, they grow faster. Where
     there is no room for the first heights, all cells are alike.
     """
-    length, low, high = (a.copy() for a in np.broadcast_arrays(*map(np.float64, (length, low, high))))
+    length, low, high = (
+        np.array(a) for a in np.broadcast_arrays(*(np.asarray(a, float) for a in (length, low, high)))
+    )
     growth = np.full(len(length), float(ratio))
     endless = np.full(len(length), np.inf)
 

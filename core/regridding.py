@@ -86,11 +86,13 @@ class Regridded:
     placement  Placement of its vertices
     quads      (Q, 4) int64
     blocks     Blocks
+    missed     share of the grid lines from a wall whose first height is not met
     """
 
     placement: Placement
     quads: np.ndarray
     blocks: Blocks
+    missed: float = 0.0
 
 
 @dataclass

@@ -19,6 +19,8 @@ from .grading import cells_needed, graded_positions
 
 # The first height is measured across the wall; lines that lean more than this are not followed.
 LEAST_SINE = 0.3
+# A first node this near to the first height, in proportion, meets it.
+FIRST_HEIGHT_TOLERANCE = 0.05
 # A cell of this share of the regular one meets it.
 MEETS = 0.95
 _MOST_ROUNDS = 50
@@ -79,7 +81,7 @@ def space_edges(
     edge_length  (E,) float64
     count        (chords,) int64, divisions without grading; they give the regular spacing
     locked       (chords,) int64, locked divisions, 0 where free
-    measured     result of `measured_heights` of an earlier try, or None
+    measured     first cells of lines by `measured_heights` of an earlier try, or None
     least        (chords,) int64 or 0, fewest divisions
 
     Raises SettingsError for a loop that is not there, a first height above the regular spacing and
@@ -161,13 +163,16 @@ def line_heights(row, leaving, grading: Grading) -> np.ndarray:
     return grading.first_height / np.maximum(sine(np.gradient(row, axis=0), leaving), LEAST_SINE)
 
 
-def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, grading) -> dict:
-    """First cells to ask for after those of a graded grid were measured: like asked.
+def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, grading):
+    """First cells to ask for after those of a graded grid were measured.
 
     asked  (block, side) -> (k,) float64, first cells that were asked of the lines from a side on a
            wall, counter-clockwise along it
+
+    Returns a dict like asked, and the share of lines whose first node is farther from or nearer to
+    the wall than the first height by more than FIRST_HEIGHT_TOLERANCE.
     """
-    result = {}
+    result, missed, lines = {}, 0, 0
     for (block, side), height in asked.items():
         foot, first = turned_grid(blocks, block, side)[:2]
         point = placement.point[first]
@@ -180,10 +185,14 @@ def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, gra
         ends = [0, -1]
         better[ends] = (np.linalg.norm(leaving, axis=1) * grading.first_height / away)[ends]
         rule = line_heights(placement.point[foot], leaving, grading)
-        better = np.where(placement.loop[first] >= 0, rule, better)
+        on_boundary = placement.loop[first] >= 0
+        better = np.where(on_boundary, rule, better)
+        error = np.abs(away[~on_boundary] / grading.first_height - 1)
+        missed += np.count_nonzero(error > FIRST_HEIGHT_TOLERANCE)
+        lines += len(error)
         result[block, side] = np.clip(better, LEAST_SINE * grading.first_height,
                                       grading.first_height / LEAST_SINE)
-    return result
+    return result, missed / max(lines, 1)
 
 
 def sine(first, second):
