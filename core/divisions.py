@@ -179,7 +179,8 @@ def _wishes(decomposition, chords, length, edge_length, quad_count):
     if edge_length is not None:
         if not edge_length > 0:
             raise SettingsError(f"The edge length {edge_length} must be a positive number.")
-        return mean_lengths(blocks, chords, length) / edge_length, None
+        area = decomposition.whole.face_area.sum()
+        return mean_lengths(blocks, chords, length) / edge_length, area / edge_length**2
     present = np.zeros(chords.count)
     present[chords.edge_chord] = divisions(blocks)
     if quad_count is None and settings.edge_length is None:

@@ -14,30 +14,34 @@ import numpy as np
 
 from .blocks import Blocks
 from .boundary_patches import Patches
+from .quads import grid_quads
 from .regridding import block_grid, edge_chain
 
 _OPEN = '<?xml version="1.0"?>\n<VTKFile type="{}" version="1.0" byte_order="LittleEndian"'
 _KINDS = {"f": ("Float64", "<f8"), "i": ("Int32", "<i4")}
 
 
-def vtk_files(points, blocks: Blocks, patches: Patches, folder: str, values=None, back=None):
+def vtk_files(
+    points, quads, blocks: Blocks, patches: Patches, folder: str, values=None, back=None
+):
     """The content of a .vtm, and of the files in its folder: (bytes, dict of name -> bytes).
 
     points  (P, 3) float64
+    quads   (Q, 4) int64
     folder  name of the folder beside the .vtm
     values  name -> (Q,) array, values of the quads besides their block
     back    (P, 3) float64 or None; the second sheet of extruded blocks
     """
     sheets = [points] if back is None else [points, back]
     values = {"block": blocks.quad_block, **(values or {})}
-    order = np.argsort(blocks.quad_block, kind="stable")
+    order = _quads_in_grids(blocks, quads)
     start = np.concatenate([[0], np.cumsum(blocks.shape.prod(1))])
     files, entries = {}, ["  <vtkMultiBlockDataSet>", '    <Block index="0" name="blocks">']
     for block in range(blocks.count):
         grid = np.stack([sheet[block_grid(blocks, block)] for sheet in sheets])
-        quads = order[start[block] : start[block + 1]]
+        cells = order[start[block] : start[block + 1]]
         name = f"block_{block:04d}.vts"
-        files[name] = _structured(grid, {key: value[quads] for key, value in values.items()})
+        files[name] = _structured(grid, {key: value[cells] for key, value in values.items()})
         entries.append(_entry("      ", block, f"block_{block:04d}", f"{folder}/{name}"))
     entries += ["    </Block>", '    <Block index="1" name="patches">']
     for number, patch in enumerate(patches.name):
@@ -54,6 +58,15 @@ def vtk_files(points, blocks: Blocks, patches: Patches, folder: str, values=None
     entries += ["    </Block>", "  </vtkMultiBlockDataSet>", "</VTKFile>", ""]
     head = _OPEN.format("vtkMultiBlockDataSet") + ">"
     return "\n".join([head, *entries]).encode("utf-8"), files
+
+
+def _quads_in_grids(blocks, quads):
+    """(Q,) int64, the quad of each cell of the grids, block after block, row after row."""
+    cells, _ = grid_quads(blocks.shape, blocks.grid_offset, blocks.grid_vertex)
+    by_vertices = [np.lexsort(np.sort(some, axis=1).T) for some in (cells, quads)]
+    result = np.empty(len(quads), np.int64)
+    result[by_vertices[0]] = by_vertices[1]
+    return result
 
 
 def _entry(indent, index, name, file):

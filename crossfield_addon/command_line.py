@@ -20,10 +20,12 @@ from ..core.errors import CrossfieldError, InputError, LayoutError, SettingsErro
 from ..core.mesh_files import read_mesh, write_quads_obj
 from ..core.pipeline import decompose
 from ..core.settings import COARSENESSES, LINES, RELAXATIONS, STAGES, Settings
+from . import exports
 from .output_files import OutputFiles, check_targets
 
 _DEFAULTS = Settings()
 _SUFFIXES = {"output": ".blend", "quads": ".obj", "report": ".json", "picture": ".png"}
+_SUFFIXES |= exports.SUFFIXES
 
 
 def main(argv=None) -> int:
@@ -75,6 +77,7 @@ def _parser():
     )
     command.add_argument("input", type=Path, help="mesh to decompose: .obj .ply .stl .blend")
     _add_outputs(command)
+    exports.add_flags(command)
     _add_settings(command)
     return parser
 
@@ -202,12 +205,16 @@ class _Given:
 def _run(arguments):
     settings = _settings(arguments)
     targets = _targets(arguments, settings)
+    wishes = exports.read_wishes(arguments)
     given = _read(arguments)
     decomposition = decompose(given.points, given.polygons, settings, progress=_progress())
+    decomposition = exports.divide(decomposition, wishes)
     with OutputFiles() as files:
         for kind, target in targets.items():
             _WRITERS[kind](files.temporary(target), arguments, given, decomposition)
     _tell(decomposition, targets)
+    if arguments.quality_table:
+        exports.print_table(decomposition)
 
 
 def _read(arguments) -> _Given:
@@ -242,7 +249,10 @@ def _write_quads(path, arguments, given, decomposition):
 
 
 def _write_report(path, arguments, given, decomposition):
-    text = json.dumps(decomposition.report(), indent=2, allow_nan=False)
+    report = decomposition.report()
+    if arguments.quality_table:
+        report["blocks"]["table"] = exports.quality_table(decomposition)
+    text = json.dumps(report, indent=2, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
 
 
@@ -257,6 +267,7 @@ _WRITERS = {
     "quads": _write_quads,
     "report": _write_report,
     "picture": _write_picture,
+    **exports.WRITERS,
 }
 
 
@@ -265,13 +276,17 @@ def _targets(arguments, settings) -> dict[str, Path]:
     targets = {k: getattr(arguments, k) for k in _SUFFIXES if getattr(arguments, k) is not None}
     for kind, target in targets.items():
         if target.suffix.lower() != _SUFFIXES[kind]:
-            raise SettingsError(f"The file for --{kind} must end in {_SUFFIXES[kind]}: {target}.")
+            flag, suffix = kind.replace("_", "-"), _SUFFIXES[kind] or "no suffix"
+            raise SettingsError(f"The file for --{flag} must end in {suffix}: {target}.")
     if settings.stop_after != "quads" and "quads" in targets:
         raise SettingsError(f"There are no quads after --stop-after {settings.stop_after}.")
     if settings.stop_after != "quads" and "picture" in targets:
         raise SettingsError(
             f"There are no blocks to draw after --stop-after {settings.stop_after}."
         )
+    exports.refuse_without_blocks(arguments, settings)
+    for kind, target in list(targets.items()):
+        targets |= exports.companions(kind, target)
     check_targets(list(targets.values()), arguments.input)
     return targets
 

@@ -98,3 +98,15 @@ def _mesh_arrays(mesh):
         mesh.attributes[".corner_vert"].data.foreach_get("value", corner_vertex)
         mesh.polygons.foreach_get("loop_start", polygon_start)
     return points.astype(np.float64), corner_vertex, polygon_start
+
+
+def polygon_materials(source):
+    """Names of the materials of an object and (N,) int64, the material of each polygon, -1 without."""
+    mesh = source.data
+    index = np.zeros(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("material_index", index)
+    slots = [slot.material for slot in source.material_slots]
+    names = [material.name if material else "" for material in slots]
+    filled = np.array([material is not None for material in slots] + [False])
+    index = np.minimum(index, len(slots))
+    return names, np.where(filled[index], index, -1).astype(np.int64)

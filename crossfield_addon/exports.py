@@ -1,0 +1,219 @@
+"""Flags and files of the headless command for what comes after the block layout."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.block_mesh import block_mesh, block_mesh_obj
+from ..core.block_mesh_dict import block_mesh_dict
+from ..core.block_quality import block_quality, quality_rows, quality_text
+from ..core.boundary_patches import loop_patches, material_patches
+from ..core.divisions import redivide
+from ..core.errors import SettingsError
+from ..core.extrusion import extrude
+from ..core.obj_materials import parse_materials
+from ..core.plot3d import neutral_map, plot3d_grid
+from ..core.projection import plane_normal
+from ..core.vtk_blocks import vtk_files
+from ..core.wall_spacing import Grading, edge_loops
+
+SUFFIXES = {"plot3d": ".xyz", "blockmesh": "", "vtk": ".vtm", "block_mesh": ".obj"}
+
+
+def add_flags(command) -> None:
+    """The flags, in two groups."""
+    outputs = command.add_argument_group("outputs for solvers")
+    outputs.add_argument("--plot3d", type=Path, metavar="F.xyz", help="PLOT3D grid, and F.nmf")
+    form = outputs.add_mutually_exclusive_group()
+    form.add_argument("--plot3d-binary", action="store_true", help="binary, without records")
+    form.add_argument("--plot3d-unformatted", action="store_true", help="binary, Fortran records")
+    outputs.add_argument("--blockmesh", type=Path, metavar="F", help="OpenFOAM's blockMeshDict")
+    outputs.add_argument("--vtk", type=Path, metavar="F.vtm", help="VTK blocks, and a folder F_vtm")
+    outputs.add_argument("--block-mesh", type=Path, metavar="F.obj", help="one quad for each block")
+    outputs.add_argument(
+        "--extrude", type=float, metavar="H",
+        help="height of grids extruded by one cell; blockMeshDict: one cell as deep as wide",
+    )
+    outputs.add_argument(
+        "--quality-table", action="store_true", help="quality of every block, in the report too"
+    )
+    divisions = command.add_argument_group("divisions of the blocks")
+    divisions.add_argument(
+        "--lock", type=_lock, action="append", default=[], metavar="EDGE=N",
+        help="divisions of a block edge and all that must follow (repeatable)",
+    )
+    divisions.add_argument(
+        "--first-height", type=float, metavar="H", help="first cell at walls, in lengths"
+    )
+    divisions.add_argument(
+        "--growth", type=float, metavar="R", help=f"growth from cell to cell ({Grading.growth})"
+    )
+    divisions.add_argument(
+        "--wall", type=int, action="append", metavar="LOOP",
+        help="boundary loop that is a wall (repeatable; all of them)",
+    )
+
+
+def _lock(text):
+    edge, _, count = text.partition("=")
+    try:
+        return int(edge), int(count)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not of the form EDGE=N with two whole numbers"
+        ) from None
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Divisions that were asked for."""
+
+    locks: list
+    grading: Grading | None
+
+
+def read_wishes(arguments) -> Wishes:
+    """Check the flags for divisions; raises SettingsError before any work is done."""
+    if arguments.first_height is None:
+        for flag, value in (("--growth", arguments.growth), ("--wall", arguments.wall)):
+            if value is not None:
+                raise SettingsError(f"{flag} needs --first-height; give both or none.")
+        return Wishes(arguments.lock, None)
+    growth = Grading.growth if arguments.growth is None else arguments.growth
+    walls = None if arguments.wall is None else tuple(arguments.wall)
+    return Wishes(arguments.lock, Grading(arguments.first_height, growth, walls))
+
+
+def refuse_without_blocks(arguments, settings) -> None:
+    """Raises SettingsError for flags about blocks when the run stops before there are any."""
+    if settings.stop_after == "quads":
+        if arguments.extrude is not None and arguments.extrude <= 0:
+            raise SettingsError(f"The height {arguments.extrude} must be a positive number.")
+        if (arguments.plot3d_binary or arguments.plot3d_unformatted) and not arguments.plot3d:
+            raise SettingsError("The form of a PLOT3D file was given without --plot3d.")
+        return
+    for flag in ("plot3d", "blockmesh", "vtk", "block_mesh", "quality_table", "lock", "first_height"):
+        if getattr(arguments, flag):
+            raise SettingsError(
+                f"There are no blocks for --{flag.replace('_', '-')} after --stop-after"
+                f" {settings.stop_after}."
+            )
+
+
+def divide(decomposition, wishes: Wishes):
+    """The decomposition with the divisions that were asked for."""
+    if not wishes.locks and wishes.grading is None:
+        return decomposition
+    return redivide(decomposition, wishes.locks, wishes.grading)
+
+
+def quality_table(decomposition) -> list:
+    """Rows of the quality table, one dict for each block."""
+    quads, blocks = decomposition.quads, decomposition.blocks
+    quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
+    return quality_rows(blocks, quality)
+
+
+def print_table(decomposition) -> None:
+    print(quality_text(quality_table(decomposition)))
+
+
+def companions(kind: str, target: Path) -> dict:
+    """Further targets that belong to an output: kind -> path."""
+    if kind == "plot3d":
+        return {"neutral_map": target.with_suffix(".nmf")}
+    if kind == "vtk":
+        return {"vtk_folder": target.with_name(f"{target.stem}_vtm")}
+    return {}
+
+
+def _patches(given, arguments, decomposition):
+    blocks, placement = decomposition.blocks, decomposition.placement
+    loops = edge_loops(blocks, placement.loop)
+    names, material = _materials(given, arguments)
+    if not names:
+        return loop_patches(blocks, loops)
+    return material_patches(
+        blocks, loops, placement.face, decomposition.face_origin, material, names
+    )
+
+
+def _materials(given, arguments):
+    """Names and (N,) material of each polygon; no names where the input has none."""
+    if given.source is not None:
+        from .mesh_arrays import polygon_materials
+
+        if not given.arrays.on_object:
+            return [], None
+        return polygon_materials(given.source)
+    if arguments.input.suffix.lower() == ".obj":
+        return parse_materials(arguments.input.read_bytes())
+    return [], None
+
+
+def _back(arguments, decomposition, always=False):
+    if arguments.extrude is None and not always:
+        return None
+    quads = decomposition.quads
+    return extrude(quads.points, quads.quads, arguments.extrude)
+
+
+def _write_plot3d(path, arguments, given, decomposition):
+    form = "binary" if arguments.plot3d_binary else "ascii"
+    form = "unformatted" if arguments.plot3d_unformatted else form
+    back = _back(arguments, decomposition)
+    path.write_bytes(plot3d_grid(decomposition.quads.points, decomposition.blocks, form, back))
+
+
+def _write_neutral_map(path, arguments, given, decomposition):
+    patches = _patches(given, arguments, decomposition)
+    path.write_bytes(neutral_map(decomposition.blocks, patches, arguments.extrude is not None))
+
+
+def _write_blockmesh(path, arguments, given, decomposition):
+    back = _back(arguments, decomposition, always=True)
+    patches = _patches(given, arguments, decomposition)
+    planar = plane_normal(decomposition.whole) is not None
+    points, blocks = decomposition.quads.points, decomposition.blocks
+    path.write_bytes(block_mesh_dict(points, back, blocks, patches, planar))
+
+
+def _vtk(arguments, given, decomposition):
+    quads, blocks = decomposition.quads, decomposition.blocks
+    quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
+    values = {
+        "scaled_jacobian": quality.scaled_jacobian, "skewness": quality.skewness,
+        "aspect_ratio": np.nan_to_num(quality.aspect_ratio, posinf=1e300),
+    }
+    folder = companions("vtk", arguments.vtk)["vtk_folder"].name
+    patches = _patches(given, arguments, decomposition)
+    back = _back(arguments, decomposition)
+    return vtk_files(quads.points, quads.quads, blocks, patches, folder, values, back)
+
+
+def _write_vtk(path, arguments, given, decomposition):
+    path.write_bytes(_vtk(arguments, given, decomposition)[0])
+
+
+def _write_vtk_folder(path, arguments, given, decomposition):
+    path.mkdir()
+    for name, content in _vtk(arguments, given, decomposition)[1].items():
+        (path / name).write_bytes(content)
+
+
+def _write_block_mesh(path, arguments, given, decomposition):
+    path.write_bytes(block_mesh_obj(block_mesh(decomposition.quads.points, decomposition.blocks)))
+
+
+WRITERS = {
+    "plot3d": _write_plot3d,
+    "neutral_map": _write_neutral_map,
+    "blockmesh": _write_blockmesh,
+    "vtk": _write_vtk,
+    "vtk_folder": _write_vtk_folder,
+    "block_mesh": _write_block_mesh,
+}
