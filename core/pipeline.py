@@ -43,7 +43,7 @@ STAGE_ENDS = {
 }
 
 # CPU seconds after which no further way is tried but the last one, which never fails.
-PATIENCE = 60.0
+PATIENCE = 75.0
 
 
 class Run:
