@@ -45,7 +45,7 @@ def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndar
         try:
             short = arcs_too_short(layout, length)[1]
         except LayoutError:
-            wrong = _wrongly_zero(layout, wish, length)
+            wrong = _wrongly_zero(layout, wish, length, lower)
             if not len(wrong):
                 raise
             lower[wrong] = 1
@@ -88,28 +88,30 @@ def _lengthen_loops(arc, loop, wish, length, lower) -> bool:
     return bool(short.any())
 
 
-def _wrongly_zero(layout: Layout, wish, length) -> np.ndarray:
+def _wrongly_zero(layout: Layout, wish, length, lower) -> np.ndarray:
     """Arcs to keep from vanishing: the longest of each group that joins what must stay apart.
 
     On a cut surface also of the groups that do so on its charts. Where no such group is to blame,
-    the longer ones of all vanished arcs; empty without any.
+    the longer ones of all vanished arcs; empty without any. Arcs that were to have a length and have
+    none all the same can have none (`length_graph.impossible_arcs`): others must give way.
     """
-    zero = np.flatnonzero(length == 0)
+    zero = np.flatnonzero((length == 0) & (lower == 0))
     if not len(zero):
         return zero
-    wrong = _longest_guilty(layout.complex, wish, length)
+    wrong = _longest_guilty(layout.complex, wish, length, lower)
     if layout.gluing is not None:
         arc = layout.gluing.arc
-        wrong = np.union1d(wrong, arc[_longest_guilty(layout.gluing.complex, wish[arc], length[arc])])
+        on_charts = _longest_guilty(layout.gluing.complex, wish[arc], length[arc], lower[arc])
+        wrong = np.union1d(wrong, arc[on_charts])
     if len(wrong):
         return wrong
     return zero[wish[zero] >= np.quantile(wish[zero], 1 - _BLIND_SHARE)]
 
 
-def _longest_guilty(complex: CellComplex, wish, length) -> np.ndarray:
-    """Of the vanished arcs of every vertex that joins wrongly the longest."""
+def _longest_guilty(complex: CellComplex, wish, length, lower) -> np.ndarray:
+    """Of the arcs that were allowed to vanish at a vertex that joins wrongly the longest."""
     layout = build_quads(complex, length)
-    zero = np.flatnonzero(length == 0)
+    zero = np.flatnonzero((length == 0) & (lower == 0))
     vertex = layout.node_vertex[complex.arc_node[zero, 0]]
     guilty = _joins_wrongly(complex, layout)[vertex]
     zero, vertex = zero[guilty], vertex[guilty]

@@ -38,3 +38,12 @@ def test_octant_has_three_blocks_round_one_singularity():
     assert result.blocks.count == 3
     off_centre = result.singularities.position[0] - np.full(3, 1 / np.sqrt(3))
     assert np.linalg.norm(off_centre) < 0.1
+
+
+def test_the_plate_of_the_readme_has_few_blocks_by_default():
+    """Two of its arcs can only be zero: the coarse lengths must give way elsewhere."""
+    points, polygons = read_mesh(EXAMPLES / "plate.obj")
+    traced = decompose(points, polygons, Settings(quad_count=1500, coarseness="direct"))
+    default = decompose(points, polygons, Settings(quad_count=1500))
+    assert default.blocks.count <= 45 < traced.blocks.count
+    assert default.quads.scaled_jacobian.min() > 0.7
