@@ -26,6 +26,9 @@ STEPS = {
 }
 COUNTS = {"plate": 2500, "aerofoil": 5000, "octant": 600}
 SHOWN = {"octant": ("field", "blocks")}
+# The plate and the aerofoil again, as traced, by default and with the fewest blocks.
+COARSENESS = ("direct", "balanced", "fewest")
+COMPARED = ("plate", "aerofoil")
 
 
 def load(name):
@@ -65,36 +68,53 @@ def save(path, pixels):
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts) + chunk(b"IEND", b""))
 
 
-def tiled(panels, gap=20):
-    """Panels of one size on their own background, two in a row, the first one above on the left."""
+def tiled(panels, columns=2, gap=20):
+    """Panels of one size on their own background, row by row, the first one above on the left."""
     height, width, _ = panels[0].shape
-    rows = (len(panels) + 1) // 2
-    sheet = np.empty((rows * (height + gap) - gap, 2 * width + gap, 4), np.float32)
+    rows = -(-len(panels) // columns)
+    shape = rows * (height + gap) - gap, columns * (width + gap) - gap, 4
+    sheet = np.empty(shape, np.float32)
     sheet[:] = panels[0][0, 0]
     for number, panel in enumerate(panels):
-        low = (rows - 1 - number // 2) * (height + gap)
-        left = (number % 2) * (width + gap)
+        low = (rows - 1 - number // columns) * (height + gap)
+        left = (number % columns) * (width + gap)
         sheet[low : low + height, left : left + width] = panel
     return sheet
 
 
-def main():
-    """Decompose each example once and write its picture: field, singularities, cells, blocks."""
-    picture = load("crossfield_addon.picture")
+def decomposed(name, **chosen):
+    """The Decomposition of an example."""
     pipeline, settings = load("core.pipeline"), load("core.settings")
-    mesh_files = load("core.mesh_files")
+    points, polygons = load("core.mesh_files").read_mesh(ROOT / "examples" / f"{name}.obj")
+    result = pipeline.decompose(points, polygons, settings.Settings(**chosen))
+    print(f"{name} {chosen}: {result.sentence()}")
+    return result
+
+
+def panels_of(result, steps, pixels=760):
+    """One rendered panel for each step."""
+    picture = load("crossfield_addon.picture")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "panel.png"
+        panels = []
+        for step in steps:
+            picture.render_picture(path, result, STEPS[step], pixels=pixels, weight=1.6)
+            panels.append(pixels_of(path))
+    return panels
+
+
+def main():
+    """Decompose each example and write its pictures: the steps, and the choices of coarseness."""
     PICTURES.mkdir(exist_ok=True)
     for name, count in COUNTS.items():
-        points, polygons = mesh_files.read_mesh(ROOT / "examples" / f"{name}.obj")
-        result = pipeline.decompose(points, polygons, settings.Settings(quad_count=count))
-        print(f"{name}: {result.sentence()}")
+        result = decomposed(name, quad_count=count)
+        save(PICTURES / f"{name}.png", tiled(panels_of(result, SHOWN.get(name, STEPS))))
+    for name in COMPARED:
         panels = []
-        with tempfile.TemporaryDirectory() as folder:
-            for step in SHOWN.get(name, STEPS):
-                path = Path(folder) / f"{step}.png"
-                picture.render_picture(path, result, STEPS[step], pixels=760, weight=1.6)
-                panels.append(pixels_of(path))
-        save(PICTURES / f"{name}.png", tiled(panels))
+        for coarseness in COARSENESS:
+            result = decomposed(name, quad_count=COUNTS[name], coarseness=coarseness)
+            panels += panels_of(result, ["blocks"], pixels=620)
+        save(PICTURES / f"{name}-coarseness.png", tiled(panels, columns=3))
 
 
 if __name__ == "__main__":
