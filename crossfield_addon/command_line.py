@@ -101,6 +101,12 @@ def _add_settings(command):
         default=_DEFAULTS.quad_count,
         help="wanted number of quads (%(default)s)",
     )
+    _add_layout_settings(settings)
+    _add_feature_settings(settings)
+    _add_input_settings(settings)
+
+
+def _add_layout_settings(settings):
     settings.add_argument(
         "--relaxation",
         choices=RELAXATIONS,
@@ -118,27 +124,6 @@ def _add_settings(command):
         choices=COARSENESSES,
         default=_DEFAULTS.coarseness,
         help="blocks as traced, few of good shape, or fewest (%(default)s)",
-    )
-    settings.add_argument(
-        "--kink-angle",
-        type=float,
-        metavar="DEGREES",
-        default=degrees(_DEFAULTS.kink_angle),
-        help="boundary vertices that turn by more are kept (%(default).0f)",
-    )
-    settings.add_argument(
-        "--feature-angle",
-        type=float,
-        metavar="DEGREES",
-        default=degrees(_DEFAULTS.feature_angle or 0.0),
-        help="angle between faces from which their edge is kept, 0: never (%(default).0f)",
-    )
-    settings.add_argument(
-        "--feature-follow-angle",
-        type=float,
-        metavar="DEGREES",
-        default=degrees(_DEFAULTS.feature_follow_angle),
-        help="angle down to which a crease is followed from its ends (%(default).0f)",
     )
     settings.add_argument(
         "--line-distance",
@@ -160,6 +145,33 @@ def _add_settings(command):
         default=_DEFAULTS.stop_after,
         help="last stage to run (%(default)s)",
     )
+
+
+def _add_feature_settings(settings):
+    settings.add_argument(
+        "--kink-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.kink_angle),
+        help="boundary vertices that turn by more are kept (%(default).0f)",
+    )
+    settings.add_argument(
+        "--feature-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.feature_angle or 0.0),
+        help="angle between faces from which their edge is kept, 0: never (%(default).0f)",
+    )
+    settings.add_argument(
+        "--feature-follow-angle",
+        type=float,
+        metavar="DEGREES",
+        default=degrees(_DEFAULTS.feature_follow_angle),
+        help="angle down to which a crease is followed from its ends (%(default).0f)",
+    )
+
+
+def _add_input_settings(settings):
     settings.add_argument(
         "--weld-distance",
         type=float,
