@@ -278,17 +278,23 @@ def _polar_angles(fan, offset, tail, corner_angle, angle_scale):
 
 
 def _boundary_loops(tail, head, twin):
-    """Boundary halfedges chained into loops; the smallest halfedge starts its loop."""
+    """Boundary halfedges chained into loops; the smallest halfedge starts its loop.
+
+    By pointer doubling: the smallest member of each loop, then the number of steps to it.
+    """
     boundary = np.flatnonzero(twin < 0)
-    leaving = dict(zip(tail[boundary].tolist(), boundary.tolist()))
-    heads = dict(zip(boundary.tolist(), head[boundary].tolist()))
-    loops, offset, seen = [], [0], set()
-    for start in boundary.tolist():
-        halfedge = start
-        while halfedge not in seen:
-            seen.add(halfedge)
-            loops.append(halfedge)
-            halfedge = leaving[heads[halfedge]]
-        if len(loops) > offset[-1]:
-            offset.append(len(loops))
-    return np.array(loops, np.int64), np.array(offset, np.int64)
+    count = len(boundary)
+    leaving = np.zeros(int(tail.max(initial=-1)) + 1, np.int64)
+    leaving[tail[boundary]] = np.arange(count)
+    following = leaving[head[boundary]]
+    doublings = range(count.bit_length())
+    first, jump = np.arange(count), following
+    for _ in doublings:
+        first, jump = np.minimum(first, first[jump]), jump[jump]
+    is_first = first == np.arange(count)
+    steps, jump = (~is_first).astype(np.int64), np.where(is_first, first, following)
+    for _ in doublings:
+        steps, jump = steps + steps[jump], jump[jump]
+    size = np.bincount(first, minlength=count)[is_first]
+    order = np.lexsort([np.where(is_first, -count, -steps), first])
+    return boundary[order], np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
