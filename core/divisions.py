@@ -29,8 +29,8 @@ from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
 _WORST_SHAPE = 0.2
 # Chords of fewer divisions are made four times as fine for a shape that can be graded, others twice.
 _FINE_ENOUGH = 8
-# Graded grids made one after the other, each with the wall distances of the one before, until two
-# have the same divisions and all first heights are met.
+# Graded grids made one after the other, each with the wall distances of the one before, until all
+# first heights are met.
 _MOST_PASSES = 5
 
 
@@ -106,12 +106,13 @@ def _divide(decomposition, wanted: _Wanted) -> Regridded:
     count = np.maximum(2 * count, np.minimum(4 * count, _FINE_ENOUGH))
     finer = _smoothed(surface, _regrid(surface, given, replace(wanted, count=count, grading=None)))
     better = _regrid(surface, finer, wanted)
+    return max(fresh, better, key=lambda grid: _rank(surface, grid))
 
-    def rank(grid):
-        worst = _shape(surface, grid).min()
-        return worst > 0, -grid.missed, worst
 
-    return max(fresh, better, key=rank)
+def _rank(surface, grid: Regridded):
+    """Of two graded grids: one without folds, then nearer to the first height, then better shaped."""
+    worst = _shape(surface, grid).min()
+    return worst > 0, -grid.missed, worst
 
 
 def _smoothed(surface, grid: Regridded) -> Regridded:
@@ -126,9 +127,9 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         division = _division(given, wanted, arcs, wanted.count, free, np.zeros(len(arcs), bool))
         division = replace(division, crease=wanted.crease)
         return regrid(surface, given.placement, given.blocks, arcs, division)
-    loops, measured, best = build_loops(surface), None, None
+    loops, measured, tried = build_loops(surface), None, []
     count = np.zeros_like(wanted.count)
-    for number in range(_MOST_PASSES):
+    for _ in range(_MOST_PASSES):
         spacing = space_edges(
             given.blocks, wanted.chords, given.placement.point,
             edge_loops(given.blocks, given.placement.loop), np.array([arc[-1] for arc in arcs]),
@@ -143,11 +144,11 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         measured, missed = measured_heights(
             loops, fresh.placement, fresh.blocks, division.asked, wanted.grading
         )
-        best = best if best is not None and best.missed < missed else replace(fresh, missed=missed)
-        if number >= 2 and missed == 0 and np.array_equal(count, spacing.count):
+        tried.append(replace(fresh, missed=missed))
+        if missed == 0:
             break
         count = spacing.count
-    return best
+    return max(tried, key=lambda grid: _rank(surface, grid))
 
 
 def _division(given, wanted, arcs, chord_count, prescribed, leads) -> Division:

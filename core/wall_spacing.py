@@ -24,6 +24,10 @@ FIRST_HEIGHT_TOLERANCE = 0.05
 # A cell of this share of the regular one meets it.
 MEETS = 0.95
 _MOST_ROUNDS = 50
+# Where cells have no room the regular length of their chord grows in such steps, at most so often.
+_WIDENING, _MOST_WIDENINGS = 2.0, 5
+# A line this full of first cells has no room for more.
+_FULL = 0.9
 
 
 @dataclass(frozen=True)
@@ -89,31 +93,64 @@ def space_edges(
     """
     wall_side = _wall_sides(blocks, edge_loop, grading)
     regular = edge_length / count[chords.edge_chord]
-    first, stretch = _first_heights(blocks, points, wall_side, edge_length, grading, measured)
+    first, shrink, stretch = _first_heights(
+        blocks, points, wall_side, edge_length, grading, measured
+    )
     _refuse_too_high(first.min(1), regular, grading)
-    across = _sides_across(blocks)
-    forward = forward_sides(blocks)
-    count = np.maximum(count, least)
-    for _ in range(_MOST_ROUNDS):
-        cells = count[chords.edge_chord]
-        reached = _continue_behind(
-            blocks, forward, across, wall_side, edge_length, cells, first, regular, grading.growth
-        )
-        graded = np.flatnonzero(np.isfinite(reached).any(1))
-        needed = np.zeros(len(cells), np.int64)
-        needed[graded] = cells_needed(
-            (edge_length * stretch)[graded], reached[graded, 0], reached[graded, 1],
-            grading.growth, regular[graded],
-        )
-        _refuse_locked(chords, locked, needed, grading)
-        before = count.copy()
-        np.maximum.at(count, chords.edge_chord, needed)
-        if np.array_equal(before, count):
+    layout = _Layout(blocks, chords, forward_sides(blocks), _sides_across(blocks), wall_side)
+    start = np.maximum(count, least)
+    for _ in range(_MOST_WIDENINGS):
+        count, reached = _settle(layout, edge_length, stretch, first, regular, start, locked, grading)
+        tight = _without_room(chords, count, first, edge_length * shrink) & (locked == 0)
+        if not tight.any():
             break
+        # Fewer cells fit, if the regular ones of the wide blocks of the chord are longer.
+        start = np.where(tight, least, start)
+        regular = np.where(tight[chords.edge_chord], _WIDENING * regular, regular)
     fraction = _fractions(edge_length, count[chords.edge_chord], reached, grading.growth)
     leads = np.isfinite(first).any(1)
     behind = np.isfinite(reached).any(1) & ~np.isin(chords.edge_chord, chords.edge_chord[leads])
     return WallSpacing(count, fraction, leads | behind, wall_side)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """A block layout and its walls; forward, across as from forward_sides and _sides_across."""
+
+    blocks: Blocks
+    chords: Chords
+    forward: np.ndarray
+    across: np.ndarray
+    wall_side: np.ndarray
+
+
+def _settle(layout: _Layout, length, stretch, first, regular, count, locked, grading):
+    """Divisions (chords,) that suffice everywhere, and the first cells (E, 2) that come of them."""
+    edge_chord = layout.chords.edge_chord
+    for _ in range(_MOST_ROUNDS):
+        reached = _continue_behind(
+            layout, length, np.maximum(count, 1)[edge_chord], first, regular, grading.growth
+        )
+        graded = np.flatnonzero(np.isfinite(reached).any(1))
+        needed = np.zeros(len(length), np.int64)
+        needed[graded] = cells_needed(
+            (length * stretch)[graded], *reached[graded].T, grading.growth, regular[graded]
+        )
+        _refuse_locked(layout.chords, locked, needed, grading)
+        before, count = count, count.copy()
+        np.maximum.at(count, edge_chord, needed)
+        if np.array_equal(before, count):
+            break
+    return count, reached
+
+
+def _without_room(chords, count, first, shortest):
+    """(chords,) bool, chords with lines from a wall that are too short for all their cells."""
+    wall = np.flatnonzero(np.isfinite(first).any(1))
+    chord = chords.edge_chord[wall]
+    result = np.zeros(len(count), bool)
+    result[chord[count[chord] * first[wall].min(1) > _FULL * shortest[wall]]] = True
+    return result
 
 
 def _wall_sides(blocks, edge_loop, grading):
@@ -131,17 +168,18 @@ def _wall_sides(blocks, edge_loop, grading):
 
 
 def _first_heights(blocks, points, wall_side, edge_length, grading, measured):
-    """First cell (E, 2) float64 at both ends of each edge, inf where free, and stretch (E,).
+    """First cell (E, 2) float64 at both ends of each edge, inf where free; shrink and stretch (E,).
 
-    The first height is measured across the wall, so edges that lean get a longer cell. The stretch
-    is how much longer than its edges the longest grid line of a block on the wall is.
+    The first height is measured across the wall, so edges that lean get a longer cell. Shrink and
+    stretch are the shortest and longest grid line of the blocks on the wall over the edge's length.
     """
     forward = forward_sides(blocks)
     edges = len(edge_length)
-    total, number, stretch = np.zeros((edges, 2)), np.zeros((edges, 2)), np.ones(edges)
+    total, number = np.zeros((edges, 2)), np.zeros((edges, 2))
+    shrink, stretch = np.ones(edges), np.ones(edges)
     for block, side in np.argwhere(wall_side):
         grid = points[turned_grid(blocks, block, side)]
-        longest = np.linalg.norm(np.diff(grid, axis=0), axis=2).sum(0).max()
+        line_length = np.linalg.norm(np.diff(grid, axis=0), axis=2).sum(0)
         height = line_heights(grid[0], grid[1] - grid[0], grading)
         if measured is not None:
             height = measured[block, side]
@@ -150,9 +188,10 @@ def _first_heights(blocks, points, wall_side, edge_length, grading, measured):
             end = int(forward[block, (side + turn) % 4] != (turn == 1))
             total[edge, end] += height[line]
             number[edge, end] += 1
-            stretch[edge] = max(stretch[edge], longest / edge_length[edge])
+            shrink[edge] = min(shrink[edge], line_length.min() / edge_length[edge])
+            stretch[edge] = max(stretch[edge], line_length.max() / edge_length[edge])
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(number > 0, total / number, np.inf), stretch
+        return np.where(number > 0, total / number, np.inf), shrink, stretch
 
 
 def line_heights(row, leaving, grading: Grading) -> np.ndarray:
@@ -231,11 +270,11 @@ def _sides_across(blocks):
     return across.reshape(-1, 4)
 
 
-def _continue_behind(blocks, forward, across, wall_side, length, cells, first, regular, ratio):
+def _continue_behind(layout: _Layout, length, cells, first, regular, ratio):
     """First cells (E, 2) with those of blocks behind, where cells have not met the regular ones."""
     first = first.copy()
-    visited = wall_side.copy()
-    front = np.argwhere(wall_side)
+    visited, across = layout.wall_side.copy(), layout.across
+    front = np.argwhere(layout.wall_side)
     while len(front):
         ends = _end_cells(length, cells, first, ratio)
         following = []
@@ -244,18 +283,16 @@ def _continue_behind(blocks, forward, across, wall_side, length, cells, first, r
             if place < 0 or visited.ravel()[place]:
                 continue
             behind, there = divmod(int(place), 4)
-            if _hand_over(
-                blocks, forward, ends, first, regular, ratio, (block, side), (behind, there)
-            ):
+            if _hand_over(layout, ends, first, regular, ratio, (block, side), (behind, there)):
                 visited[behind, there] = True
                 following.append((behind, there))
         front = np.array(following, np.int64).reshape(-1, 2)
     return first
 
 
-def _hand_over(blocks, forward, ends, first, regular, ratio, here, behind):
+def _hand_over(layout, ends, first, regular, ratio, here, behind):
     """Set the first cells of the block behind; False where all have met the regular spacing."""
-    handed = False
+    blocks, forward, handed = layout.blocks, layout.forward, False
     for turn in (1, 3):
         side, next_side = (here[1] + turn) % 4, (behind[1] + turn) % 4
         edge, next_edge = blocks.block_edge[here[0], side], blocks.block_edge[behind[0], next_side]
