@@ -44,6 +44,9 @@ STAGE_ENDS = {
 
 # CPU seconds after which no further way is tried but the last one, which never fails.
 PATIENCE = 75.0
+# Faults of the program itself: they are told in the report, and another way is taken all the same.
+_SLIPS = (ArithmeticError, LookupError, ValueError)
+_SLIP = "There is a fault in the program"
 
 
 class Run:
@@ -124,7 +127,9 @@ def _first_valid(run: Run, working: WorkingSurface, creases, settings):
             break
         try:
             parts = _decompose_along(run, working, way)
-        except LayoutError as error:
+        except (LayoutError, *_SLIPS) as error:
+            if not isinstance(error, LayoutError):
+                error = LayoutError(f"{_SLIP} ({type(error).__name__}: {error}); please report it.")
             notes.append(f"The {way.name} way failed: {error}")
             failure = error
             continue

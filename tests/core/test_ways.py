@@ -101,3 +101,18 @@ def test_a_disturbance_is_repeatable_and_leaves_fixed_crosses():
     assert np.array_equal(first, way.start(angle, constraints))
     assert np.array_equal(first[constraints.fixed], angle[constraints.fixed])
     assert not np.allclose(first, angle)
+
+
+def test_a_fault_of_the_program_is_told_and_another_way_taken(monkeypatch):
+    fill, left = pipeline.fill_cells, [1]
+
+    def slip(*arguments):
+        if left[0]:
+            left[0] -= 1
+            raise IndexError("index 7 is out of bounds")
+        return fill(*arguments)
+
+    monkeypatch.setattr(pipeline, "fill_cells", slip)
+    result = run("disc")
+    assert result.way == "other field" and np.all(result.quads.scaled_jacobian > 0)
+    assert any("fault in the program (IndexError" in warning for warning in result.warnings)
