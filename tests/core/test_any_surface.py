@@ -13,7 +13,7 @@ from tests.core import surfaces
 pytestmark = pytest.mark.slow
 
 PATIENT = settings(
-    max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
 )
 
 
