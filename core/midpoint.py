@@ -38,7 +38,10 @@ def split_at_midpoints(
     for _ in range(_cuts(surface, settings)):
         mesh = _four_quads_each(surface, mesh)
     placement, quad, face, crease_edge = mesh
-    placement = smooth(surface, placement, quad, cancelled=cancelled)
+    smoothed = smooth(surface, placement, quad, cancelled=cancelled)
+    # Quads inside flat triangles are never inverted; smoothed across sharp folds they may be.
+    if scaled_jacobian(smoothed.point, quad).min() > 0:
+        placement = smoothed
     count = len(placement.point)
     valence, on_boundary = np.bincount(quad.ravel(), minlength=count), placement.loop >= 0
     quads = QuadMesh(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from core.errors import CrossfieldError
@@ -96,6 +96,7 @@ def test_broken_meshes(seed, kind):
 
 @PATIENT
 @given(st.integers(3, 9), st.integers(1, 14), st.integers(0, 10**6))
+@example(7, 14, 643)
 def test_random_triangles(vertices, count, seed):
     rng = np.random.default_rng(seed)
     triangles = np.array([rng.choice(vertices, 3, replace=False) for _ in range(count)])
