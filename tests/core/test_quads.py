@@ -131,6 +131,7 @@ def test_zero_arc_of_an_offset_ring():
     complex = forced_zero()
     length = solve_lengths(complex, np.full(4, 4.0))
     verify_topology(build_quads(complex, length), complex, 0, 2, 1)
+    assert np.count_nonzero(length == 0) == 1
 
 
 def test_singularities_may_not_merge():
