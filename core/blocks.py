@@ -6,14 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .cutting import Chains, edges_between, find_chains, find_grids
 from .errors import LayoutError
-from .quad_connectivity import (
-    QuadConnectivity,
-    connect_quads,
-    next_side,
-    opposite_side,
-    previous_side,
-)
+from .quad_connectivity import QuadConnectivity, connect_quads
 from .quads import grid_quads
 from .surface import connected_components
 
@@ -49,27 +44,6 @@ class Blocks:
         return len(self.shape)
 
 
-@dataclass(frozen=True)
-class _Chains:
-    """The cut edges as chains between block corners; closed chains are told apart.
-
-    chain   (E,) int64 chain of each edge, -1 where the edge is not cut or its chain is closed
-    closed  (E,) bool, edges of chains without any corner
-    offset, vertex   chain c is vertex[offset[c]:offset[c + 1]], both ends included
-    """
-
-    chain: np.ndarray
-    closed: np.ndarray
-    offset: np.ndarray
-    vertex: np.ndarray
-
-    @property
-    def ends(self) -> np.ndarray:
-        """(chains, 2) int64, both ends, the smaller first."""
-        start, end = self.vertex[self.offset[:-1]], self.vertex[self.offset[1:] - 1]
-        return np.sort(np.stack([start, end], 1), axis=1)
-
-
 def find_blocks(quad, vertex_count: int, source, crease=()) -> Blocks:
     """Cut a quad mesh along straight mesh lines into blocks.
 
@@ -88,10 +62,10 @@ def find_blocks(quad, vertex_count: int, source, crease=()) -> Blocks:
     straight = np.where(source[mesh.head], -1, mesh.straight)
     line = _mesh_lines(mesh, straight)
     cut = _separatrices(mesh, source, line)
-    cut |= np.isin(line, line[_edges_between(mesh, crease)])
+    cut |= np.isin(line, line[edges_between(mesh, crease)])
     _cut_bare_parts(mesh, line, cut)
     while True:
-        chains = _find_chains(mesh, straight, cut)
+        chains = find_chains(mesh, straight, cut)
         vertices = _places_to_cut(mesh, chains)
         if not len(vertices):
             return _assemble(mesh, cut, chains)
@@ -166,14 +140,6 @@ def _mesh_lines(mesh: QuadConnectivity, straight) -> np.ndarray:
     return connected_components(mesh.edge_count, mesh.edge[onward], mesh.edge[straight[onward]])
 
 
-def _edges_between(mesh: QuadConnectivity, pairs) -> np.ndarray:
-    """(E,) bool, the edges whose end vertices are among the given pairs (n, 2)."""
-    pairs = np.sort(np.asarray(pairs, np.int64).reshape(-1, 2), axis=1)
-    ends = np.sort(mesh.edge_vertex, axis=1)
-    span = np.array([mesh.vertex_count, 1])
-    return np.isin(ends @ span, pairs @ span)
-
-
 def _separatrices(mesh, source, line) -> np.ndarray:
     """(E,) bool, edges on the boundary and on lines that end at a source."""
     cut = np.zeros(mesh.edge_count, bool)
@@ -192,55 +158,7 @@ def _cut_bare_parts(mesh, line, cut):
     cut |= np.isin(line, line[sides[:, [0, 3]].ravel()])
 
 
-def _find_chains(mesh: QuadConnectivity, straight, cut) -> _Chains:
-    """Order the cut edges into chains from corner to corner."""
-    halfedge = np.arange(len(mesh.tail))
-    corner = np.zeros(mesh.vertex_count, bool)
-    corner[mesh.tail[cut[mesh.edge] & cut[mesh.edge[previous_side(halfedge)]]]] = True
-    # Darts: 2 * edge walks an edge as in edge_vertex, 2 * edge + 1 backwards.
-    dart = 2 * mesh.edge + (mesh.tail != mesh.edge_vertex[mesh.edge, 0])
-    tail = mesh.edge_vertex.ravel()
-    following = np.arange(2 * mesh.edge_count)
-    onward = np.flatnonzero(cut[mesh.edge] & (straight >= 0) & ~corner[mesh.head])
-    following[dart[onward]] = dart[straight[onward]]
-    plain = ~corner[mesh.head[mesh.boundary]]
-    here, there = dart[mesh.boundary[plain]], dart[mesh.along_boundary[plain]]
-    following[here], following[there ^ 1] = there, here ^ 1
-    last, steps = _to_the_end(following)
-    used = np.flatnonzero(np.repeat(cut, 2))
-    begin = used[corner[tail[used]]]
-    # Both directions of a chain begin at a corner: keep the one with the smaller first dart.
-    begin = begin[begin < (last[begin] ^ 1)]
-    number = np.full(2 * mesh.edge_count, -1)
-    number[last[begin]] = np.arange(len(begin))
-    number = np.where(following[last] == last, number[last], -1)
-    darts = np.flatnonzero(np.repeat(cut, 2) & (number >= 0))
-    darts = darts[np.lexsort([-steps[darts], number[darts]])]
-    chain = np.full(mesh.edge_count, -1)
-    chain[darts // 2] = number[darts]
-    offset = np.concatenate([[0], np.cumsum(np.bincount(number[darts], minlength=len(begin)) + 1)])
-    vertex = np.empty(offset[-1], np.int64)
-    vertex[np.arange(len(darts)) + number[darts]] = tail[darts]
-    vertex[offset[1:] - 1] = tail[last[begin] ^ 1]
-    return _Chains(chain, cut & (chain < 0), offset, vertex)
-
-
-def _to_the_end(following):
-    """End of the path from each element and steps to it, by pointer doubling.
-
-    An element that follows itself is an end. On closed paths both results mean nothing.
-    """
-    ahead, steps = following, (following != np.arange(len(following))).astype(np.int64)
-    for _ in range(len(following).bit_length()):
-        further = ahead[ahead]
-        if np.array_equal(further, ahead):
-            break
-        steps = steps + steps[ahead]
-        ahead = further
-    return ahead, steps
-
-
-def _places_to_cut(mesh, chains: _Chains) -> np.ndarray:
+def _places_to_cut(mesh, chains: Chains) -> np.ndarray:
     """Vertices through which further lines must run; empty when all blocks are grids."""
     if chains.closed.any():
         return mesh.edge_vertex[chains.closed].min(keepdims=True).ravel()
@@ -260,51 +178,13 @@ def _places_to_cut(mesh, chains: _Chains) -> np.ndarray:
     return chains.vertex[chains.offset[longest] + (share + parts // 2) // parts]
 
 
-def _assemble(mesh: QuadConnectivity, cut, chains: _Chains) -> Blocks:
-    """Grids of all blocks: how far is it to the left end and to the lower end of the block?"""
-    halfedge = np.arange(len(mesh.tail))
-    side = previous_side(halfedge)
-    left = np.where(cut[mesh.edge[side]], halfedge, previous_side(mesh.twin[side]))
-    down = np.where(cut[mesh.edge], halfedge, opposite_side(mesh.twin))
-    left_end, column = _to_the_end(left)
-    down_end, row = _to_the_end(down)
-    origin = down_end[left_end].reshape(-1, 4)
-    base = 4 * np.arange(len(mesh.quad)) + origin.argmin(1)
-    column, row = column[base], row[left_end[base]]
-    _, quad_block = np.unique(origin.min(1), return_inverse=True)
-    quad_block = quad_block.ravel()
-    shape = np.zeros((int(quad_block.max(initial=-1)) + 1, 2), np.int64)
-    np.maximum.at(shape, quad_block, np.stack([column, row], 1) + 1)
-    if not np.array_equal(shape.prod(1), np.bincount(quad_block, minlength=len(shape))):
-        raise LayoutError("A block of the quad mesh is no grid; use another size.")
-    offset = np.concatenate([[0], np.cumsum((shape + 1).prod(1))])
-    vertex = np.empty(offset[-1], np.int64)
-    width = shape[quad_block, 0]
-    place = offset[quad_block] + row * (width + 1) + column
-    vertex[place], vertex[place + 1] = mesh.tail[base], mesh.head[base]
-    across = opposite_side(base)
-    vertex[place + width + 1], vertex[place + width + 2] = mesh.head[across], mesh.tail[across]
-    return _with_edges(mesh, chains, quad_block, shape, offset, vertex, base, column, row)
-
-
-def _with_edges(mesh, chains, quad_block, shape, offset, vertex, base, column, row) -> Blocks:
-    """Corners and block edges, read off the quads in the corners of the blocks."""
-    m, n = shape.T
-    first, last = offset[:-1], offset[1:] - 1
-    corner = vertex[np.stack([first, first + m, last, last - m], 1)]
-    block_edge = np.empty((len(shape), 4), np.int64)
-    at_left, at_right = column == 0, column == m[quad_block] - 1
-    at_bottom, at_top = row == 0, row == n[quad_block] - 1
-    for k, (mask, halfedge) in enumerate((
-        (at_left & at_bottom, base),
-        (at_right & at_bottom, next_side(base)),
-        (at_right & at_top, opposite_side(base)),
-        (at_left & at_top, previous_side(base)),
-    )):
-        block_edge[quad_block[mask], k] = chains.chain[mesh.edge[halfedge[mask]]]
+def _assemble(mesh: QuadConnectivity, cut, chains: Chains) -> Blocks:
+    """The grids between the cut edges, and their block edges."""
+    grids = find_grids(mesh, cut)
     on_boundary = np.zeros(len(chains.offset) - 1, bool)
     on_boundary[chains.chain[mesh.edge[mesh.boundary]]] = True
+    start = chains.chain[mesh.edge[grids.corner_halfedge]]
     return Blocks(
-        quad_block, shape, offset, vertex, corner, chains.offset, chains.vertex, block_edge,
-        on_boundary,
+        grids.quad_block, grids.shape, grids.offset, grids.vertex, grids.corner, chains.offset,
+        chains.vertex, start, on_boundary,
     )
