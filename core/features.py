@@ -20,15 +20,15 @@ _LEAST_CONTRAST = 8.0
 # The same for all creases of a component against all its other edges: where everything bends, as
 # on a coarse cage of an animal, sharp edges mean nothing.
 _LEAST_MEAN_CONTRAST = 6.5
-# Open pieces count from this share of the diagonal on, or from a smaller one if made of many edges.
+# Open pieces count from this share of the diameter on, or from a smaller one if made of many edges.
 _OPEN_SHARE, _FINE_OPEN_SHARE, _FINE_OPEN_EDGES = 0.1, 0.03, 6
-# Closed features narrower than this share of the diagonal need so many edges to count: simple
+# Closed features narrower than this share of the diameter need so many edges to count: simple
 # loops such as the rims of holes, and those with junctions, as spikes have them.
 _CLOSED_SHARE, _LOOP_EDGES, _SPIKE_EDGES = 0.03, 12, 24
-# Charts narrower than this share of the diagonal are faults of the mesh, as folded needles.
+# Charts narrower than this share of the diameter are faults of the mesh, as folded needles.
 _LEAST_WIDTH = 1e-3
 # A crease that nears another one at less than this angle ends where they are this share of the
-# diagonal apart: between them no quad would have a good shape.
+# diameter apart: between them no quad would have a good shape.
 _CUSP_ANGLE, _CUSP_WIDTH = np.radians(20), 0.02
 
 
@@ -167,8 +167,8 @@ def _drop_short_ends(surface, crease):
         ends = np.stack([surface.tail[edge], surface.head[edge]])
         is_open = np.zeros(len(length), bool)
         is_open[chain[open_end[ends].any(0)]] = True
-        counts = length >= _OPEN_SHARE * surface.diagonal
-        fine = (length >= _FINE_OPEN_SHARE * surface.diagonal) & (count >= _FINE_OPEN_EDGES)
+        counts = length >= _OPEN_SHARE * surface.diameter
+        fine = (length >= _FINE_OPEN_SHARE * surface.diameter) & (count >= _FINE_OPEN_EDGES)
         short = is_open & ~counts & ~fine
         # A junction loses one branch at a time: what is left may be one long piece.
         junction = np.full(len(length), -1)
@@ -218,7 +218,7 @@ def _drop_specks(surface, crease):
     least = np.full(len(count), _LOOP_EDGES)
     degree = np.bincount(ends, minlength=surface.vertex_count)
     least[group[(degree[ends] > 2).reshape(2, -1).any(0)]] = _SPIKE_EDGES
-    speck = (size < _CLOSED_SHARE * surface.diagonal) & (count < least)
+    speck = (size < _CLOSED_SHARE * surface.diameter) & (count < least)
     gone = edge[speck[group]]
     crease[gone] = crease[surface.twin[gone]] = False
 
@@ -238,7 +238,7 @@ def _trim_cusps(surface, crease, angle):
             sides = [h for h in (right, left) if crease[h]]
             if sides:
                 faint = min(sides, key=lambda h: sharpness[chain[h]])
-                width = _CUSP_WIDTH * surface.diagonal
+                width = _CUSP_WIDTH * surface.diameter
                 _trim(surface, crease, faint, width / np.sin(max(opening, np.radians(2))))
 
 
@@ -293,7 +293,7 @@ def _open_slivers(surface, crease):
         outline = np.flatnonzero((surface.twin < 0) | crease)
         around = np.bincount(chart[outline // 3], surface.edge_length[outline], chart.max() + 1)
         area = np.bincount(chart, surface.face_area)
-        sliver = 2 * area < _LEAST_WIDTH * surface.diagonal * around
+        sliver = 2 * area < _LEAST_WIDTH * surface.diameter * around
         cut = np.flatnonzero(crease)
         here, there = chart[cut // 3], chart[surface.twin[cut] // 3]
         keep = sliver[here] & (here != there)

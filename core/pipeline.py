@@ -25,6 +25,7 @@ from .filling import fill_cells
 from .jagged import smooth_jagged
 from .layout import trace_layout
 from .midpoint import split_at_midpoints
+from .numbering import numbered
 from .propagation import propagate
 from .refinement import split_boundary_chords
 from .relaxation import relax
@@ -94,7 +95,7 @@ def decompose(
     """
     run = Run(progress, cancelled)
     with run.stage("surface"):
-        mesh = clean(points, polygons, settings.weld_distance, settings.repair)
+        mesh = numbered(clean(points, polygons, settings.weld_distance, settings.repair))
         frame = unit_frame(mesh.points)
         inner = settings_in_frame(settings, frame)
         given = build_surface(frame.inward(mesh.points), mesh.triangles)
@@ -157,7 +158,7 @@ def _decompose_along(run: Run, working: WorkingSurface, way: Way):
     if settings.stop_after != "field":
         limits = None
         if settings.lines == "full":
-            limits = (settings.line_distance * surface.diagonal, settings.line_turn)
+            limits = (settings.line_distance * surface.diameter, settings.line_turn)
         with run.stage("lines"):
             layout = trace_layout(surface, constraints, field, limits, run.cancelled, charts)
     if settings.stop_after == "quads":

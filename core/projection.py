@@ -33,7 +33,7 @@ def surface_normal(surface: TriangleSurface, face, point) -> np.ndarray:
 def plane_normal(surface: TriangleSurface, tolerance=1e-9) -> np.ndarray | None:
     """(3,) float64, the unit normal if the whole surface lies in one plane, facing one way.
 
-    tolerance is relative to the diagonal of the bounding box. None if the surface is not planar.
+    tolerance is relative to the diameter. None if the surface is not planar.
     """
     total = (surface.face_normal * surface.face_area[:, None]).sum(0)
     length = np.linalg.norm(total)
@@ -41,7 +41,7 @@ def plane_normal(surface: TriangleSurface, tolerance=1e-9) -> np.ndarray | None:
         return None
     normal = total / length
     height = (surface.points - surface.points[0]) @ normal
-    return normal if np.ptp(height) <= tolerance * surface.diagonal else None
+    return normal if np.ptp(height) <= tolerance * surface.diameter else None
 
 
 def walk(surface: TriangleSurface, point, face, displacement):

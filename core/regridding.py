@@ -307,7 +307,7 @@ def _onto(surface, point, face):
     """
     near, near_face = closest_point(surface, point, face)
     away = np.linalg.norm(near - point, axis=1)
-    doubtful = np.flatnonzero(away > _ON_SURFACE * surface.diagonal)
+    doubtful = np.flatnonzero(away > _ON_SURFACE * surface.diameter)
     other, other_face = closest_point(surface, point[doubtful])
     nearer = np.linalg.norm(other - point[doubtful], axis=1) < away[doubtful] / 2
     near[doubtful[nearer]], near_face[doubtful[nearer]] = other[nearer], other_face[nearer]

@@ -29,7 +29,7 @@ class Settings:
     weld_distance    vertices no farther apart become one, object-space lengths; 0 welds only loose
                      faces and the ends of edges without length
     repair           False refuses a faulty mesh instead of repairing it
-    line_distance    limit on a full streamline, in diagonals of the bounding box
+    line_distance    limit on a full streamline, in diameters of the surface
     line_turn        limit on the total turning of a full streamline, in radians
     stop_after       last stage to run: "field", "lines" or "quads"
     """

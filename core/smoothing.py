@@ -242,7 +242,7 @@ class _Motion:
     def _reach_goals(self, goal, point, face):
         """Walks that the boundary stopped: in a plane the goal may still be on the surface."""
         gap = np.linalg.norm(goal - point[self.inner], axis=1)
-        short = np.flatnonzero(gap > 1e-9 * self.smoother.surface.diagonal)
+        short = np.flatnonzero(gap > 1e-9 * self.smoother.surface.diameter)
         if len(short):
             vertex = self.inner[short]
             point[vertex], face[vertex] = closest_point(self.smoother.surface, goal[short])

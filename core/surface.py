@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from .errors import InputError
+from .unit_frame import largest_distance
 
 
 def next_halfedge(halfedge):
@@ -147,9 +148,9 @@ class TriangleSurface:
         return int(self.component.max()) + 1 if len(self.component) else 0
 
     @cached_property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, in object-space lengths."""
-        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+    def diameter(self) -> float:
+        """Twice the largest distance of a vertex from the mean of all, in object-space lengths."""
+        return 2 * largest_distance(self.points, self.points.mean(0))
 
     @cached_property
     def mean_edge_length(self) -> float:

@@ -28,7 +28,18 @@ class UnitFrame:
 
 
 def unit_frame(points: np.ndarray) -> UnitFrame:
-    """The frame for points (n, 3), finite, at least one: their diagonal becomes 1."""
-    lowest, highest = points.min(0), points.max(0)
-    diagonal = float(np.linalg.norm(highest - lowest))
-    return UnitFrame(0.5 * (lowest + highest), diagonal if diagonal > 1e-290 else 1.0)
+    """The frame for points (n, 3), finite, at least one.
+
+    Their mean becomes the origin, twice the largest distance from it becomes 1: that of a box is
+    its diagonal, but unlike the bounding box it does not change when the points are turned.
+    """
+    # The middle first: a mean of coordinates far from the origin would lose its last digits.
+    middle = 0.5 * (points.min(0) + points.max(0))
+    centre = middle + (points - middle).mean(0)
+    size = 2 * largest_distance(points, centre)
+    return UnitFrame(centre, size if size > 1e-290 else 1.0)
+
+
+def largest_distance(points: np.ndarray, centre: np.ndarray) -> float:
+    """Of points (n, 3), at least one, from a centre (3,)."""
+    return float(np.linalg.norm(points - centre, axis=1).max())

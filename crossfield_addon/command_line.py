@@ -130,7 +130,7 @@ def _add_layout_settings(settings):
         type=float,
         metavar="D",
         default=_DEFAULTS.line_distance,
-        help="limit on a full streamline, in diagonals of the bounding box (%(default).0f)",
+        help="limit on a full streamline, in diameters of the surface (%(default).0f)",
     )
     settings.add_argument(
         "--line-turn",

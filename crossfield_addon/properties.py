@@ -117,7 +117,7 @@ class SettingProperties:
     )
     line_distance: bpy.props.FloatProperty(
         name="Longest line",
-        description="Limit on a full streamline, in diagonals of the bounding box",
+        description="Limit on a full streamline, in diameters of the surface",
         default=_DEFAULTS.line_distance,
         min=0.1,
         soft_max=100.0,

@@ -87,7 +87,7 @@ def _distance_to_boundary(points, triangles, quads):
         loop = np.full(len(own), number)
         on_loop, _ = loops.point(loop, loops.closest(loop, own))
         nearest = np.minimum(nearest, np.linalg.norm(on_loop - own, axis=1))
-    return nearest.max() / surface.diagonal
+    return nearest.max() / surface.diameter
 
 
 @pytest.mark.parametrize("name", ["plate_25k", "aerofoil_25k", "octant_25k", "halfcyl_25k"])

@@ -87,10 +87,10 @@ def test_invariants(name, coarseness):
     weight = barycentric(surface, placement.face, placement.point)
     assert weight.min() > -1e-9
     on_plane = (surface.points[surface.triangles[placement.face]] * weight[:, :, None]).sum(1)
-    assert np.abs(on_plane - mesh.points).max() < 1e-12 * max(surface.diagonal, 1)
+    assert np.abs(on_plane - mesh.points).max() < 1e-12 * max(surface.diameter, 1)
     loops, wall = build_loops(surface), np.flatnonzero(mesh.on_boundary)
     exact, _ = loops.point(placement.loop[wall], placement.loop_position[wall])
-    assert np.abs(exact - mesh.points[wall]).max(initial=0) < 1e-12 * surface.diagonal
+    assert np.abs(exact - mesh.points[wall]).max(initial=0) < 1e-12 * surface.diameter
     verify_blocks(blocks_of(filling), mesh.quads)
     direct = fill_cells(surface, layout, Settings(quad_count=900, coarseness="direct"))
     assert blocks_of(filling).count <= blocks_of(direct).count

@@ -99,7 +99,7 @@ def test_creases_are_chains_of_edges_that_lie_on_the_input_creases(name):
     second = charts.surface.points[charts.surface.head[cut]]
     used = np.unique(crease)
     distance = segment_distance(result.quads.points[used], first, second)
-    assert distance.min(1).max() < 1e-9 * charts.surface.diagonal
+    assert distance.min(1).max() < 1e-9 * charts.surface.diameter
     edge, _ = edge_counts(result.quads.quads)
     pairs = np.sort(crease, axis=1)
     assert len(np.unique(pairs, axis=0)) == len(pairs)

@@ -59,7 +59,7 @@ def test_boundary_vertices_lie_on_the_input_boundary(name):
         position = loops.closest(np.full(len(points), loop), points)
         on_loop, _ = loops.point(np.full(len(points), loop), position)
         nearest = np.minimum(nearest, np.linalg.norm(on_loop - points, axis=1))
-    assert nearest.max() < 1e-9 * surface.diagonal
+    assert nearest.max() < 1e-9 * surface.diameter
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def assert_in_face(surface, point, face, tolerance=1e-12):
     weight = barycentric(surface, face, point)
     assert weight.min() > -1e-7
     rebuilt = (surface.points[surface.triangles[face]] * weight[:, :, None]).sum(1)
-    assert np.abs(rebuilt - point).max() <= tolerance * max(surface.diagonal, 1)
+    assert np.abs(rebuilt - point).max() <= tolerance * max(surface.diameter, 1)
 
 
 def test_walk_in_the_plane_is_addition():

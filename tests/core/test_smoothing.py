@@ -57,13 +57,13 @@ def assert_in_place(surface, before, after):
     weight = barycentric(surface, after.face, after.point)
     rebuilt = (surface.points[surface.triangles[after.face]] * weight[:, :, None]).sum(1)
     assert weight.min() > -1e-9
-    assert np.abs(rebuilt - after.point).max() < 1e-9 * surface.diagonal
+    assert np.abs(rebuilt - after.point).max() < 1e-9 * surface.diameter
     assert (after.loop == before.loop).all() and (after.fixed == before.fixed).all()
     assert (after.point[after.fixed] == before.point[after.fixed]).all()
     loops = build_loops(surface)
     wall = np.flatnonzero(after.loop >= 0)
     exact, _ = loops.point(after.loop[wall], after.loop_position[wall])
-    assert np.abs(exact - after.point[wall]).max() < 1e-9 * surface.diagonal
+    assert np.abs(exact - after.point[wall]).max() < 1e-9 * surface.diameter
     for number in range(surface.loop_count):
         member = wall[after.loop[wall] == number]
         member = member[np.argsort(before.loop_position[member])]

@@ -40,7 +40,7 @@ def test_scale_and_place_do_not_matter(surface, scale, offset):
         assert np.abs(getattr(getattr(there, part), name) - moved).max(initial=0) < near
     assert there.distance == pytest.approx(scale * here.distance, rel=1e-5, abs=near)
     assert there.surface.edge_length == pytest.approx(scale * here.surface.edge_length, rel=1e-6)
-    assert there.surface.diagonal == pytest.approx(scale * here.surface.diagonal, rel=1e-6)
+    assert there.surface.diameter == pytest.approx(scale * here.surface.diameter, rel=1e-6)
     assert there.quads.scaled_jacobian.min() > 0.5
 
 
