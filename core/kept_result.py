@@ -1,0 +1,113 @@
+"""A decomposition as plain arrays to keep in a file, and back again without computing anew.
+
+What comes back can be divided anew and exported; what these do not need (the given mesh, the field,
+the cells) is not kept and None.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields
+
+import numpy as np
+
+from .blocks import Blocks, verify_blocks
+from .charts import Charts
+from .decomposition import Decomposition, QuadMesh
+from .errors import CrossfieldError, InputError
+from .placement import Placement
+from .settings import Settings
+from .singularities import Singularities
+from .surface import build_surface
+
+_PARTS = {"blocks": Blocks, "placement": Placement, "quads": QuadMesh}
+_BOOLEAN = {"blocks.edge_on_boundary", "placement.fixed", "quads.on_boundary"}
+
+
+def to_arrays(decomposition: Decomposition) -> dict:
+    """The decomposition as a dict of name -> array, float64 or int32, or str; it must have blocks.
+
+    All arrays are flat: file formats know no shapes.
+    """
+    whole, singular = decomposition.whole, decomposition.singularities
+    kept = {
+        "settings": json.dumps(asdict(decomposition.settings)),
+        "warnings": json.dumps([str(warning) for warning in decomposition.warnings]),
+        "way": decomposition.way,
+        "surface.points": whole.points,
+        "surface.triangles": whole.triangles,
+        "surface.polygon": decomposition.face_origin,
+        "singularities.face": singular.face,
+        "singularities.index": singular.index,
+        "singularities.position": singular.position,
+        "singularities.sums": np.array([singular.index_sum, singular.expected_index_sum]),
+    }
+    if decomposition.charts is not None:
+        kept["surface.across"] = decomposition.charts.across
+    for part, kind in _PARTS.items():
+        value = getattr(decomposition, part)
+        kept |= {f"{part}.{field.name}": getattr(value, field.name) for field in fields(kind)}
+    return {name: value if isinstance(value, str) else _plain(value) for name, value in kept.items()}
+
+
+def _plain(array):
+    array = np.asarray(array)
+    return array.astype(np.float64 if array.dtype.kind == "f" else np.int32).ravel()
+
+
+def from_arrays(kept: dict) -> Decomposition:
+    """The reverse of `to_arrays`, arrays in any form that NumPy takes.
+
+    Raises InputError where something is missing or does not fit together.
+    """
+    try:
+        result = _restored(kept)
+        verify_blocks(result.blocks, result.quads.quads)
+    except (KeyError, IndexError, TypeError, ValueError, CrossfieldError):
+        raise InputError(
+            "The blocks that were kept with these results are damaged; decompose the mesh again."
+        ) from None
+    return result
+
+
+def _restored(kept) -> Decomposition:
+    known = {field.name for field in fields(Settings)}
+    settings = json.loads(kept["settings"])
+    settings = Settings(**{name: value for name, value in settings.items() if name in known})
+    surface = build_surface(_rows(kept, "surface.points", 3), _rows(kept, "surface.triangles", 3))
+    charts = None
+    if "surface.across" in kept:
+        own = np.arange(surface.vertex_count)
+        charts = Charts(surface, surface, own, _rows(kept, "surface.across"))
+    sums = _rows(kept, "singularities.sums").tolist()
+    singular = Singularities(
+        _rows(kept, "singularities.face"), _rows(kept, "singularities.index"),
+        _rows(kept, "singularities.position", 3), *sums,
+    )
+    blocks = _part(kept, "blocks", {"shape": 2, "corner": 4, "block_edge": 4})
+    placement = _part(kept, "placement", {"point": 3})
+    quads = _part(kept, "quads", {"points": 3, "quads": 4, "crease": 2})
+    return Decomposition(
+        settings=settings, clean=None, surface=surface,
+        face_origin=_rows(kept, "surface.polygon"), distance=None, direction=None, field=None,
+        singularities=singular, complex=None, quads=quads, blocks=blocks, placement=placement,
+        polygon_index=None, polygon_block=None, seconds={}, charts=charts, way=str(kept["way"]),
+        warnings=json.loads(kept["warnings"]),
+    )
+
+
+def _part(kept, part, columns):
+    return _PARTS[part](**{
+        field.name: _rows(kept, f"{part}.{field.name}", columns.get(field.name))
+        for field in fields(_PARTS[part])
+    })
+
+
+def _rows(kept, name, columns=None):
+    """One array, float64, int64 or bool, in rows of so many columns."""
+    array = np.asarray(kept[name])
+    if name in _BOOLEAN:
+        array = array.astype(bool)
+    elif array.dtype.kind != "f":
+        array = array.astype(np.int64)
+    return array if columns is None else array.reshape(-1, columns)
