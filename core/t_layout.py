@@ -1,0 +1,244 @@
+"""The T-layout: blocks that meet at T-junctions, the fewest that a quad mesh can be divided into.
+
+The quad mesh stays what it is, conforming; only the blocks do not conform: the corner of one may
+lie inside the side of another. Every block is a structured grid; across every piece of a side the
+nodes of both blocks coincide. A ring without corners is one block that closes upon itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .blocks import Blocks
+from .cutting import Grids, cut_corners, edges_between, find_chains, find_grids, turned
+from .errors import LayoutError
+from .quad_connectivity import QuadConnectivity, connect_quads
+from .quads import grid_quads
+from .t_lines import t_lines
+
+
+@dataclass(frozen=True)
+class TLayout:
+    """Blocks with T-junctions. Build it with `find_t_layout`.
+
+    quad_block, shape, grid_offset, grid_vertex, corner   as in Blocks; corners may coincide where
+                 a block closes upon itself
+    edge_offset  (E + 1,) int64; edge e, a piece of a side between two junctions, is the chain
+    edge_vertex  edge_vertex[edge_offset[e]:edge_offset[e + 1]], both ends included
+    edge_on_boundary (E,) bool
+    side_offset  (4 B + 1,) int64; side s = 4 * block + k, k = 0 from corner 0 to corner 1, then
+                 1-2, 2-3, 3-0, counter-clockwise
+    side_edge    side_edge[side_offset[s]:side_offset[s + 1]], the edges along a side in order
+    side_start   int64, node of the side, 0 at its first corner, at which each of these edges begins
+    side_forward bool, does a side run in the direction its edge is stored in?
+    kept         (edges of the conforming blocks,) bool, those that T-blocks have between them
+    """
+
+    quad_block: np.ndarray
+    shape: np.ndarray
+    grid_offset: np.ndarray
+    grid_vertex: np.ndarray
+    corner: np.ndarray
+    edge_offset: np.ndarray
+    edge_vertex: np.ndarray
+    edge_on_boundary: np.ndarray
+    side_offset: np.ndarray
+    side_edge: np.ndarray
+    side_start: np.ndarray
+    side_forward: np.ndarray
+    kept: np.ndarray
+
+    @property
+    def count(self) -> int:
+        return len(self.shape)
+
+    @property
+    def junction_count(self) -> int:
+        """T-junctions: places where a corner of a block lies inside a side of a block."""
+        per_side = np.diff(self.side_offset)
+        return int((per_side - 1).sum())
+
+
+def find_t_layout(points, quad, blocks: Blocks, crease=()) -> TLayout:
+    """The fewest blocks, joined from conforming ones.
+
+    points  (P, 3) float64
+    quad    (Q, 4) int64, the quads of the blocks
+    blocks  Blocks, the base complex: all lines between T-blocks are block edges
+    crease  (n, 2) int, end vertices of inner edges that no block may straddle
+
+    Every irregular vertex inside is a corner of all blocks round it; elsewhere one quad at a vertex
+    makes a corner of a block and two a straight side. Raises LayoutError where that fails.
+    """
+    vertex, corner = np.unique(blocks.corner, return_inverse=True)
+    coarse = connect_quads(corner.reshape(-1, 4), len(vertex))
+    number = np.empty(coarse.edge_count, np.int64)
+    number[coarse.edge] = blocks.block_edge.ravel()
+    step = np.linalg.norm(np.diff(points[blocks.edge_vertex], axis=0), axis=1)
+    length = np.add.reduceat(np.append(step, 0.0), blocks.edge_offset[:-1])
+    length -= np.append(step, 0.0)[blocks.edge_offset[1:] - 1]
+    mesh = connect_quads(quad, len(points))
+    feature = np.zeros(len(length), bool)
+    owner = _edge_owner(mesh, blocks)
+    on_feature = edges_between(mesh, crease)
+    feature[owner[on_feature & (owner >= 0)]] = True
+    kept = np.zeros(len(length), bool)
+    kept[number] = t_lines(coarse, feature[number], length[number])
+    return _assemble(mesh, kept, owner)
+
+
+def divided_anew(layout: TLayout, quad, blocks: Blocks) -> TLayout:
+    """The same T-layout on a quad mesh with the same conforming blocks and other divisions."""
+    mesh = connect_quads(quad, int(np.max(quad)) + 1)
+    return _assemble(mesh, layout.kept, _edge_owner(mesh, blocks))
+
+
+def interfaces(layout: TLayout) -> list:
+    """One dict for each edge, ready for JSON: how the sides of two blocks join.
+
+    "edge": its number, "sides": for each of its one or two sides {"block", "side", "nodes"}; nodes
+    are those of the side where the edge begins and ends, counted from the side's first corner
+    counter-clockwise. The first node of one side is the first of the other.
+    """
+    size = np.diff(layout.edge_offset) - 1
+    side = np.repeat(np.arange(4 * layout.count), np.diff(layout.side_offset))
+    result = [{"edge": edge, "sides": []} for edge in range(len(size))]
+    for owner, edge, start, forward in zip(
+        side.tolist(), layout.side_edge.tolist(), layout.side_start.tolist(),
+        layout.side_forward.tolist(),
+    ):
+        nodes = [start, start + int(size[edge])]
+        result[edge]["sides"].append({
+            "block": owner // 4, "side": owner % 4, "nodes": nodes if forward else nodes[::-1],
+        })
+    return result
+
+
+def verify_t_layout(layout: TLayout, quad, crease=()):
+    """Test what a T-layout promises.
+
+    quad    (Q, 4) int64, the quads that it was made of
+    crease  (n, 2) int, end vertices of inner edges that no block may straddle
+
+    The grids of the blocks are the quads, each once; their borders are their edges, node by node,
+    each with one side (boundary) or two, in opposite directions; junctions lie at the ends of
+    edges; irregular vertices inside are corners of all blocks round them; feature edges lie on
+    edges. Raises LayoutError.
+    """
+    filled, owner = grid_quads(layout.shape, layout.grid_offset, layout.grid_vertex)
+    rows = np.column_stack([np.sort(filled, axis=1), owner])
+    wanted = np.column_stack([np.sort(quad, axis=1), layout.quad_block])
+    _demand(
+        rows.shape == wanted.shape
+        and np.array_equal(rows[np.lexsort(rows.T)], wanted[np.lexsort(wanted.T)]),
+        "the grids of the blocks are not the quads",
+    )
+    _verify_sides(layout)
+    inner = np.ones(len(layout.edge_vertex), bool)
+    inner[layout.edge_offset[:-1]] = inner[layout.edge_offset[1:] - 1] = False
+    touched = np.isin(layout.edge_vertex[inner], layout.corner)
+    _demand(not touched.any(), "a block corner lies inside an edge")
+    mesh = connect_quads(quad, int(np.max(quad)) + 1)
+    on_edge = _edge_owner(mesh, layout) >= 0
+    on_feature = edges_between(mesh, crease)
+    _demand(on_edge[on_feature].all(), "a feature edge lies inside a block")
+    free = mesh.irregular & ~mesh.on_boundary
+    free[mesh.edge_vertex[on_feature]] = False
+    corners = np.bincount(layout.corner.ravel(), minlength=mesh.vertex_count)
+    _demand(
+        np.array_equal(corners[free], mesh.face_count[free]),
+        "an irregular vertex is no corner of a block beside it",
+    )
+
+
+def _demand(condition, cause):
+    if not condition:
+        raise LayoutError(f"The T-layout is not valid: {cause}; use conforming blocks.")
+
+
+def _verify_sides(layout: TLayout):
+    """The edges along each side are the border of its grid; each edge has its one or two sides."""
+    (m, n), first, last = layout.shape.T, layout.grid_offset[:-1], layout.grid_offset[1:] - 1
+    start = np.stack([first, first + m, last, last - m], 1).ravel()
+    stride = np.stack([0 * m + 1, m + 1, 0 * m - 1, -m - 1], 1).ravel()
+    extent = np.stack([m, n, m, n], 1).ravel()
+    size = (np.diff(layout.edge_offset) - 1)[layout.side_edge]
+    side = np.repeat(np.arange(4 * layout.count), np.diff(layout.side_offset))
+    begins = np.concatenate([[0], np.cumsum(size)])[:-1]
+    begins = begins - begins[layout.side_offset[:-1]][side]
+    _demand(
+        np.array_equal(layout.side_start, begins)
+        and np.array_equal(np.bincount(side, size, 4 * layout.count), extent)
+        and np.array_equal(layout.grid_vertex[start], layout.corner.ravel()),
+        "the edges along a side do not fill it",
+    )
+    piece = np.repeat(np.arange(len(size)), size + 1)
+    step = np.arange(len(piece)) - np.repeat(np.cumsum(size + 1) - size - 1, size + 1)
+    along = np.where(layout.side_forward[piece], step, size[piece] - step)
+    chain = layout.edge_vertex[layout.edge_offset[layout.side_edge[piece]] + along]
+    node = start[side[piece]] + (begins[piece] + step) * stride[side[piece]]
+    _demand(np.array_equal(chain, layout.grid_vertex[node]), "an edge is not the border of a block")
+    used = np.zeros((2, len(layout.edge_on_boundary)), np.int64)
+    np.add.at(used, (layout.side_forward.astype(int), layout.side_edge), 1)
+    sides = np.where(layout.edge_on_boundary, 1, 2)
+    _demand(
+        (used <= 1).all() and np.array_equal(used.sum(0), sides),
+        "an edge has a wrong number of sides",
+    )
+
+
+def _edge_owner(mesh: QuadConnectivity, blocks) -> np.ndarray:
+    """(E,) int64, the block edge that each edge of the quad mesh lies on, -1 inside blocks."""
+    number = np.repeat(np.arange(len(blocks.edge_on_boundary)), np.diff(blocks.edge_offset) - 1)
+    first = np.ones(len(blocks.edge_vertex), bool)
+    first[blocks.edge_offset[1:] - 1] = False
+    first = np.flatnonzero(first)
+    span = np.array([mesh.vertex_count, 1])
+    ends = np.stack([blocks.edge_vertex[first], blocks.edge_vertex[first + 1]], 1)
+    key = np.sort(mesh.edge_vertex, axis=1) @ span
+    order = np.argsort(key)
+    owner = np.full(mesh.edge_count, -1)
+    owner[order[np.searchsorted(key[order], np.sort(ends, axis=1) @ span)]] = number
+    return owner
+
+
+def _assemble(mesh: QuadConnectivity, kept, owner) -> TLayout:
+    """The T-layout between the kept edges of the conforming blocks; owner (E,) of mesh edges."""
+    cut = (owner >= 0) & kept[owner]
+    ends = np.bincount(mesh.edge_vertex[cut].ravel(), minlength=mesh.vertex_count)
+    chains = find_chains(mesh, mesh.straight, cut, cut_corners(mesh, cut) | (ends > 2))
+    grids = find_grids(mesh, cut)
+    on_boundary = np.zeros(len(chains.offset) - 1, bool)
+    on_boundary[chains.chain[mesh.edge[mesh.boundary]]] = True
+    return TLayout(
+        grids.quad_block, grids.shape, grids.offset, grids.vertex, grids.corner, chains.offset,
+        chains.vertex, on_boundary, *_sides(mesh, cut, grids, chains), kept,
+    )
+
+
+def _sides(mesh: QuadConnectivity, cut, grids: Grids, chains):
+    """Offsets, edges, starts and directions of the sides of the blocks."""
+    column, row = grids.column, grids.row
+    m, n = grids.shape[grids.quad_block].T
+    found = []
+    for k, (border, node) in enumerate((
+        (row == 0, column), (column == m - 1, row),
+        (row == n - 1, m - 1 - column), (column == 0, n - 1 - row),
+    )):
+        halfedge = turned(grids.base[border], k)
+        found.append(np.stack([4 * grids.quad_block[border] + k, node[border], halfedge]))
+    side, node, halfedge = np.concatenate(found, axis=1)
+    order = np.lexsort([node, side])
+    side, node, halfedge = side[order], node[order], halfedge[order]
+    edge = chains.chain[mesh.edge[halfedge]]
+    if not cut[mesh.edge[halfedge]].all() or (edge < 0).any():
+        raise LayoutError("The T-layout has an open border; use conforming blocks.")
+    first = np.flatnonzero((np.diff(edge, prepend=-1) != 0) | (np.diff(side, prepend=-1) != 0))
+    offset = np.searchsorted(side[first], np.arange(4 * len(grids.shape) + 1))
+    edge, begin = edge[first], chains.offset[edge[first]]
+    forward = (chains.vertex[begin] == mesh.tail[halfedge[first]]) & (
+        chains.vertex[begin + 1] == mesh.head[halfedge[first]]
+    )
+    return offset, edge, node[first], forward
