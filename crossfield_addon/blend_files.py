@@ -32,11 +32,11 @@ def quiet():
             os.close(descriptor)
 
 
-def open_object(path: Path, name: str | None):
+def open_object(path: Path, name: str | None, marks=()):
     """Open a .blend file and return (object, MeshArrays) of the named mesh.
 
-    Without a name: the active object, or else the only mesh of the file.
-    Raises InputError.
+    Without a name: the active object, or else the only mesh of the file. marks are identifiers of
+    `marked_edges.MARKS` whose edges are wanted. Raises InputError.
     """
     with open(path, "rb") as file:
         start = file.read(12)
@@ -49,7 +49,7 @@ def open_object(path: Path, name: str | None):
         cause = " ".join(str(error).split()).removeprefix("Error: ").rstrip(".")
         raise InputError(f"{path} cannot be opened ({cause}); save it again in Blender.") from None
     source = _choose(path, name)
-    return source, mesh_arrays.read_object(bpy.context, source)
+    return source, mesh_arrays.read_object(bpy.context, source, marks)
 
 
 def _choose(path, name):

@@ -21,6 +21,7 @@ from ..core.mesh_files import read_mesh, write_quads_obj
 from ..core.pipeline import decompose
 from ..core.settings import COARSENESSES, LINES, RELAXATIONS, STAGES, Settings
 from . import exports
+from .marked_edges import MARKS, USUAL_MARKS
 from .output_files import OutputFiles, check_targets
 
 _DEFAULTS = Settings()
@@ -183,7 +184,25 @@ def _add_input_settings(settings):
         "--no-repair", action="store_true", help="refuse a faulty mesh instead of repairing it"
     )
     settings.add_argument("--keep-lines", action="store_true", help="lines in the Blender file too")
+    settings.add_argument(
+        "--marks",
+        type=_marks,
+        metavar="KINDS",
+        help="edges of a .blend to keep, of sharp,seam,crease,material, or none (sharp)",
+    )
     settings.add_argument("--object", metavar="NAME", help="mesh object to take from a .blend")
+
+
+def _marks(text):
+    """Identifiers of MARKS from names with commas between them."""
+    known = {mark[0].lower(): mark[0] for mark in MARKS}
+    names = [] if text == "none" else text.lower().split(",")
+    for name in names:
+        if name not in known:
+            raise argparse.ArgumentTypeError(
+                f"{name!r} is no kind of mark; choose of {', '.join(known)}, or none"
+            )
+    return frozenset(known[name] for name in names)
 
 
 def _settings(arguments) -> Settings:
@@ -219,7 +238,10 @@ def _run(arguments):
     targets = _targets(arguments, settings)
     wishes = exports.read_wishes(arguments)
     given = _read(arguments)
-    decomposition = decompose(given.points, given.polygons, settings, progress=_progress())
+    decomposition = decompose(
+        given.points, given.polygons, settings, progress=_progress(),
+        marked_edges=None if given.arrays is None else given.arrays.marked_edges,
+    )
     decomposition = exports.divide(decomposition, wishes)
     with OutputFiles() as files:
         for kind, target in targets.items():
@@ -234,6 +256,8 @@ def _read(arguments) -> _Given:
     from_blend = path.suffix.lower() == ".blend"
     if arguments.object is not None and not from_blend:
         raise SettingsError("--object names an object of a .blend file; leave it out here.")
+    if arguments.marks is not None and not from_blend:
+        raise SettingsError("--marks names edges marked in a .blend file; leave it out here.")
     if path.is_dir() or not path.exists():
         raise InputError(
             f"{path} is {'a directory' if path.is_dir() else 'not there'}; name a file."
@@ -242,7 +266,8 @@ def _read(arguments) -> _Given:
         return _Given(*read_mesh(path))
     from .blend_files import open_object
 
-    source, arrays = open_object(path, arguments.object)
+    marks = USUAL_MARKS if arguments.marks is None else arguments.marks
+    source, arrays = open_object(path, arguments.object, marks)
     return _Given(arrays.points, arrays.polygons, source, arrays)
 
 

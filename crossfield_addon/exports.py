@@ -6,20 +6,12 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from ..core.block_mesh import block_mesh, block_mesh_obj
-from ..core.block_mesh_dict import block_mesh_dict
 from ..core.block_quality import block_quality, quality_rows, quality_text
-from ..core.boundary_patches import loop_patches, material_patches
 from ..core.divisions import redivide
 from ..core.errors import SettingsError
-from ..core.extrusion import extrude
 from ..core.obj_materials import parse_materials
-from ..core.plot3d import neutral_map, plot3d_grid
-from ..core.projection import plane_normal
-from ..core.vtk_blocks import vtk_files
-from ..core.wall_spacing import Grading, edge_loops
+from ..core.wall_spacing import Grading
+from . import solver_files
 
 SUFFIXES = {"plot3d": ".xyz", "blockmesh": "", "vtk": ".vtm", "block_mesh": ".obj"}
 
@@ -132,14 +124,7 @@ def companions(kind: str, target: Path) -> dict:
 
 
 def _patches(given, arguments, decomposition):
-    blocks, placement = decomposition.blocks, decomposition.placement
-    loops = edge_loops(blocks, placement.loop)
-    names, material = _materials(given, arguments)
-    if not names:
-        return loop_patches(blocks, loops)
-    return material_patches(
-        blocks, loops, placement.face, decomposition.face_origin, material, names
-    )
+    return solver_files.boundary_patches(decomposition, *_materials(given, arguments))
 
 
 def _materials(given, arguments):
@@ -155,44 +140,26 @@ def _materials(given, arguments):
     return [], None
 
 
-def _back(arguments, decomposition, always=False):
-    if arguments.extrude is None and not always:
-        return None
-    quads = decomposition.quads
-    return extrude(quads.points, quads.quads, arguments.extrude)
-
-
 def _write_plot3d(path, arguments, given, decomposition):
     form = "binary" if arguments.plot3d_binary else "ascii"
     form = "unformatted" if arguments.plot3d_unformatted else form
-    back = _back(arguments, decomposition)
-    path.write_bytes(plot3d_grid(decomposition.quads.points, decomposition.blocks, form, back))
+    path.write_bytes(solver_files.plot3d(decomposition, form, arguments.extrude))
 
 
 def _write_neutral_map(path, arguments, given, decomposition):
     patches = _patches(given, arguments, decomposition)
-    path.write_bytes(neutral_map(decomposition.blocks, patches, arguments.extrude is not None))
+    path.write_bytes(solver_files.plot3d_map(decomposition, patches, arguments.extrude))
 
 
 def _write_blockmesh(path, arguments, given, decomposition):
-    back = _back(arguments, decomposition, always=True)
     patches = _patches(given, arguments, decomposition)
-    planar = plane_normal(decomposition.whole) is not None
-    points, blocks = decomposition.quads.points, decomposition.blocks
-    path.write_bytes(block_mesh_dict(points, back, blocks, patches, planar))
+    path.write_bytes(solver_files.open_foam(decomposition, patches, arguments.extrude))
 
 
 def _vtk(arguments, given, decomposition):
-    quads, blocks = decomposition.quads, decomposition.blocks
-    quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
-    values = {
-        "scaled_jacobian": quality.scaled_jacobian, "skewness": quality.skewness,
-        "aspect_ratio": np.nan_to_num(quality.aspect_ratio, posinf=1e300),
-    }
     folder = companions("vtk", arguments.vtk)["vtk_folder"].name
     patches = _patches(given, arguments, decomposition)
-    back = _back(arguments, decomposition)
-    return vtk_files(quads.points, quads.quads, blocks, patches, folder, values, back)
+    return solver_files.vtk(decomposition, patches, folder, arguments.extrude)
 
 
 def _write_vtk(path, arguments, given, decomposition):
@@ -206,7 +173,7 @@ def _write_vtk_folder(path, arguments, given, decomposition):
 
 
 def _write_block_mesh(path, arguments, given, decomposition):
-    path.write_bytes(block_mesh_obj(block_mesh(decomposition.quads.points, decomposition.blocks)))
+    path.write_bytes(solver_files.coarse_mesh(decomposition))
 
 
 WRITERS = {

@@ -11,6 +11,8 @@ MARKS = (
     ("CREASE", "Creases", "Edges with a crease weight of at least one half"),
     ("MATERIAL", "Materials", "Edges between faces of different materials"),
 )
+# Marks that are kept unless others are asked for.
+USUAL_MARKS = frozenset({"SHARP"})
 
 
 def marked_edges(mesh, kinds) -> np.ndarray:

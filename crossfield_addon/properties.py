@@ -7,7 +7,7 @@ from math import radians
 import bpy
 
 from ..core.settings import Settings
-from .marked_edges import MARKS
+from .marked_edges import MARKS, USUAL_MARKS
 
 _DEFAULTS = Settings()
 _OPTIONS = {"SKIP_SAVE"}
@@ -113,7 +113,7 @@ class SettingProperties:
         description="Edges with these marks stay edges of the quad mesh",
         items=MARKS,
         options=_OPTIONS | {"ENUM_FLAG"},
-        default={"SHARP"},
+        default=set(USUAL_MARKS),
     )
     line_distance: bpy.props.FloatProperty(
         name="Longest line",

@@ -19,7 +19,7 @@ FLAGS = "--output --quads --report --picture --edge-length --quad-count --relaxa
 FLAGS += (
     " --coarseness --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
 )
-FLAGS += " --line-distance --line-turn --stop-after --keep-lines --object"
+FLAGS += " --line-distance --line-turn --stop-after --keep-lines --object --marks"
 needs_blender = pytest.mark.skipif(
     importlib.util.find_spec("bpy") is None, reason="Blender's Python module is not installed"
 )
@@ -152,6 +152,8 @@ def test_help_names_every_flag(capsys):
         (["--feature-angle", "30", "--feature-follow-angle", "50"], ["must not exceed"]),
         (["--colour", "red"], ["--colour"]),
         (["--object", "Cube"], ["--object", ".blend"]),
+        (["--marks", "seam"], ["--marks", ".blend"]),
+        (["--marks", "sharp,bevel"], ["'bevel'", "crease"]),
         (["--quads", "q.stl"], ["--quads", ".obj"]),
         (["--report", "r.txt"], ["--report", ".json"]),
         (["--output", "r.obj"], ["--output", ".blend"]),
@@ -310,6 +312,28 @@ print(sorted(o.name for o in objects), "crossfield_block" in bpy.data.meshes["pl
     seen = subprocess.run([sys.executable, "-c", look, blend], capture_output=True, text=True)
     names = ["plate block boundaries", "plate lines", "plate quads"]
     assert f"{names} True" in seen.stdout, seen.stdout + seen.stderr
+
+
+@needs_blender
+def test_marks_in_a_blender_file_are_kept_as_asked(plate, tmp_path):
+    blend, marked, report = (tmp_path / name for name in ("out.blend", "marked.blend", "r.json"))
+    assert run_apart(plate, "--output", blend, "--quad-count", 50).returncode == 0
+    mark = """
+import bpy, sys
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+mesh = bpy.data.meshes["plate"]
+for edge in mesh.edges:
+    points = [mesh.vertices[v].co for v in edge.vertices]
+    edge.use_edge_sharp = all(abs(p.x - 0.75) < 1e-5 for p in points)
+    edge.use_seam = all(abs(p.y - 0.5) < 1e-5 for p in points)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[2], copy=True)
+"""
+    subprocess.run([sys.executable, "-c", mark, blend, marked], check=True, capture_output=True)
+    arguments = [marked, "--object", "plate", "--quad-count", 150, "--report", report]
+    for marks, count in (([], 2), (["--marks", "none"], 1), (["--marks", "sharp,seam"], 4)):
+        done = run_apart(*arguments, *marks)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(report.read_text())["blocks"]["count"] == count, marks
 
 
 @needs_blender

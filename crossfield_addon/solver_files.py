@@ -1,0 +1,70 @@
+"""The contents of files for solvers, from a decomposition: for the command and for the operators.
+
+points, where they are given, are those of the quad mesh in the coordinates of the file.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.block_mesh import block_mesh, block_mesh_obj
+from ..core.block_mesh_dict import block_mesh_dict
+from ..core.block_quality import block_quality
+from ..core.boundary_patches import Patches, loop_patches, material_patches
+from ..core.extrusion import extrude
+from ..core.plot3d import neutral_map, plot3d_grid
+from ..core.projection import plane_normal
+from ..core.vtk_blocks import vtk_files
+from ..core.wall_spacing import edge_loops
+
+
+def boundary_patches(decomposition, names=(), material=None) -> Patches:
+    """The boundary by material, or by loop where there are no names.
+
+    names     list of str
+    material  (N,) int64, material of each of the user's polygons, -1 without
+    """
+    blocks, placement = decomposition.blocks, decomposition.placement
+    loops = edge_loops(blocks, placement.loop)
+    if not names:
+        return loop_patches(blocks, loops)
+    return material_patches(
+        blocks, loops, placement.face, decomposition.face_origin, material, names
+    )
+
+
+def plot3d(decomposition, form="ascii", height=None) -> bytes:
+    """A PLOT3D grid; height None: a surface, else extruded by so much."""
+    quads = decomposition.quads
+    back = None if height is None else extrude(quads.points, quads.quads, height)
+    return plot3d_grid(quads.points, decomposition.blocks, form, back)
+
+
+def plot3d_map(decomposition, patches: Patches, height=None) -> bytes:
+    """The neutral map file that goes with `plot3d`."""
+    return neutral_map(decomposition.blocks, patches, height is not None)
+
+
+def open_foam(decomposition, patches: Patches, height=None) -> bytes:
+    """A blockMeshDict, one cell deep; height None: as deep as quads are wide."""
+    quads = decomposition.quads
+    back = extrude(quads.points, quads.quads, height)
+    planar = plane_normal(decomposition.whole) is not None
+    return block_mesh_dict(quads.points, back, decomposition.blocks, patches, planar)
+
+
+def vtk(decomposition, patches: Patches, folder: str, height=None):
+    """A .vtm, and name -> bytes of the files in the folder of this name beside it."""
+    quads, blocks = decomposition.quads, decomposition.blocks
+    quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
+    values = {
+        "scaled_jacobian": quality.scaled_jacobian, "skewness": quality.skewness,
+        "aspect_ratio": np.nan_to_num(quality.aspect_ratio, posinf=1e300),
+    }
+    back = None if height is None else extrude(quads.points, quads.quads, height)
+    return vtk_files(quads.points, quads.quads, blocks, patches, folder, values, back)
+
+
+def coarse_mesh(decomposition) -> bytes:
+    """The block mesh as OBJ: a quad for each block, and the curves between them."""
+    return block_mesh_obj(block_mesh(decomposition.quads.points, decomposition.blocks))
