@@ -8,6 +8,7 @@ import numpy as np
 
 from .blocks import Blocks
 from .quality import aspect_ratio, skewness
+from .t_layout import TLayout
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class BlockQuality:
     max_aspect_ratio: np.ndarray
 
 
-def block_quality(points, quads, blocks: Blocks, scaled_jacobian) -> BlockQuality:
+def block_quality(points, quads, blocks: Blocks | TLayout, scaled_jacobian) -> BlockQuality:
     """Quality of the quads and blocks; scaled_jacobian (Q,) float64 as the quad mesh has it."""
     skew, aspect = skewness(points, quads), aspect_ratio(points, quads)
 
@@ -47,14 +48,18 @@ def block_quality(points, quads, blocks: Blocks, scaled_jacobian) -> BlockQualit
     )
 
 
-def quality_rows(blocks: Blocks, quality: BlockQuality) -> list:
-    """One dict for each block, ready for JSON; None for an aspect ratio that is not finite."""
+def quality_rows(blocks: Blocks | TLayout, quality: BlockQuality) -> list:
+    """One dict for each block, ready for JSON; None for an aspect ratio that is not finite.
+
+    "edges" are those along its sides, counter-clockwise from the first corner.
+    """
+    edges = np.split(blocks.side_edge, blocks.side_offset[4:-1:4])
     return [
         {
             "block": block,
             "divisions": blocks.shape[block].tolist(),
             "quads": int(blocks.shape[block].prod()),
-            "edges": blocks.block_edge[block].tolist(),
+            "edges": edges[block].tolist(),
             "min_scaled_jacobian": float(quality.min_scaled_jacobian[block]),
             "mean_scaled_jacobian": float(quality.mean_scaled_jacobian[block]),
             "max_skewness": float(quality.max_skewness[block]),

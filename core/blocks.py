@@ -43,6 +43,27 @@ class Blocks:
     def count(self) -> int:
         return len(self.shape)
 
+    @property
+    def side_offset(self) -> np.ndarray:
+        """(4 B + 1,) int64; side 4 * block + k has one edge, as sides of a TLayout have several."""
+        return np.arange(4 * self.count + 1)
+
+    @property
+    def side_edge(self) -> np.ndarray:
+        """(4 B,) int64, the edge of each side."""
+        return self.block_edge.ravel()
+
+    @property
+    def side_start(self) -> np.ndarray:
+        """(4 B,) int64, node of each side at which its edge begins."""
+        return np.zeros(4 * self.count, np.int64)
+
+    @property
+    def side_forward(self) -> np.ndarray:
+        """(4 B,) bool: does a side, counter-clockwise, run in the direction its edge is stored in?"""
+        start = self.edge_vertex[self.edge_offset[self.block_edge]]
+        return (start == self.corner).ravel()
+
 
 def find_blocks(quad, vertex_count: int, source, crease=()) -> Blocks:
     """Cut a quad mesh along straight mesh lines into blocks.

@@ -35,7 +35,7 @@ class Chords:
 
 def forward_sides(blocks: Blocks) -> np.ndarray:
     """(B, 4) bool: does a side, counter-clockwise, run in the direction its edge is stored in?"""
-    return blocks.edge_vertex[blocks.edge_offset[blocks.block_edge]] == blocks.corner
+    return blocks.side_forward.reshape(-1, 4)
 
 
 def divisions(blocks: Blocks) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from .cells import CellComplex
 from .charts import Charts
 from .cleaning import CleanMesh
 from .cross_field import CrossField
+from .interfaces import interfaces
 from .placement import Placement
 from .settings import Settings
 from .singularities import Singularities
 from .surface import TriangleSurface
+from .t_layout import TLayout, build_t_layout
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ class Decomposition:
     warnings       sentences for the user
     charts         Charts, the working surface before and after it was cut; None without features
     way            how the mesh was found, see `ways`: "direct" or what had to stand in for it
+    t_edges        (E,) bool, block edges between the blocks of the T-layout; None: blocks conform
     """
 
     settings: Settings
@@ -80,11 +84,19 @@ class Decomposition:
     warnings: list
     charts: Charts | None = None
     way: str = "direct"
+    t_edges: np.ndarray | None = None
 
     @property
     def whole(self) -> TriangleSurface:
         """The working surface, not cut."""
         return self.surface if self.charts is None else self.charts.whole
+
+    @cached_property
+    def layout(self) -> Blocks | TLayout | None:
+        """The blocks that were asked for: conforming ones, or joined to the T-layout."""
+        if self.t_edges is None:
+            return self.blocks
+        return build_t_layout(self.quads.quads, self.blocks, self.t_edges)
 
     def singular_points(self) -> tuple:
         """Where to show the singularities: (position (n, 3) float64, valence (n,) int64).
@@ -125,14 +137,26 @@ class Decomposition:
         if self.complex is not None:
             report["cells"] = {"count": self.complex.cell_count}
         if self.quads is not None:
-            # An unfit layout raises before this point: what is handed out is conforming.
-            report["blocks"] = {"count": self.blocks.count, "conforming": True}
+            report["blocks"] = self._block_report()
             report["quads"] = {
                 "count": len(self.quads.quads),
                 "min_scaled_jacobian": float(self.quads.scaled_jacobian.min()),
                 "mean_scaled_jacobian": float(self.quads.scaled_jacobian.mean()),
             }
         return report
+
+    def _block_report(self) -> dict:
+        # An unfit layout raises before this point: what is handed out is what it says.
+        if self.t_edges is None:
+            return {"count": self.blocks.count, "conforming": True}
+        return {
+            "count": self.layout.count,
+            "conforming": False,
+            "conforming_count": self.blocks.count,
+            "divisions": self.layout.shape.tolist(),
+            "t_junctions": self.layout.junction_count,
+            "interfaces": interfaces(self.layout),
+        }
 
     def sentence(self) -> str:
         """The result in words, for a panel or a terminal."""
@@ -143,11 +167,16 @@ class Decomposition:
             + ("as topology asks" if balanced else "not as topology asks")
         ]
         if self.quads is not None:
-            parts.append(_number(self.blocks.count, "block", "blocks"))
+            parts.append(_number(self.layout.count, "block", "blocks") + self._manner())
             parts.append(_number(len(self.quads.quads), "quad", "quads"))
         elif self.complex is not None:
             parts.append(_number(self.complex.cell_count, "four-sided cell", "four-sided cells"))
         return "; ".join(parts)
+
+    def _manner(self) -> str:
+        if self.t_edges is None:
+            return ""
+        return f" with T-junctions ({self.blocks.count:,} conforming)"
 
 
 def _number(count, one, many):

@@ -33,6 +33,7 @@ from .resolution import WorkingSurface, refine
 from .settings import Settings
 from .singularities import find_singularities
 from .surface import build_surface
+from .t_layout import build_t_layout, find_t_edges, verify_t_layout
 from .unit_frame import unit_frame
 from .user_coordinates import in_user_coordinates, settings_in_frame
 from .ways import MIDPOINT_SPLIT, Way, ways
@@ -192,6 +193,21 @@ def _find_blocks(run: Run, filling):
     return blocks
 
 
+def _choose_blocks(run: Run, settings, filling, blocks):
+    """T-edges or None, the block of each quad, and sentences."""
+    if not settings.t_junctions:
+        return None, blocks.quad_block, []
+    mesh = filling.quads
+    with run.stage("blocks"):
+        try:
+            edges = find_t_edges(mesh.points, blocks, mesh.crease)
+            layout = build_t_layout(mesh.quads, blocks, edges)
+            verify_t_layout(layout, mesh.quads, mesh.crease)
+        except LayoutError as error:
+            return None, blocks.quad_block, [str(error)]
+    return edges, layout.quad_block, []
+
+
 def _prepare(working: WorkingSurface, crease, settings: Settings):
     """The working surface, cut along feature edges: (surface, constraints, face origin, charts).
 
@@ -241,16 +257,19 @@ def _collect(
     singularities = find_singularities(surface, field, constraints)
     polygon_index = np.zeros(polygon_count, np.int64)
     np.add.at(polygon_index, face_origin[singularities.face], singularities.k)
-    polygon_block = np.full(polygon_count, -1, np.int64)
+    polygon_block, t_edges = np.full(polygon_count, -1, np.int64), None
     if blocks is not None:
+        t_edges, quad_block, t_notes = _choose_blocks(run, settings, filling, blocks)
         # Of a polygon's triangles the last one that a quad covers speaks for it.
         known = filling.face_quad >= 0
-        polygon_block[face_origin[known]] = blocks.quad_block[filling.face_quad[known]]
-        notes = [*notes, *_count_notes(len(filling.quads.quads), blocks.count, settings)]
+        polygon_block[face_origin[known]] = quad_block[filling.face_quad[known]]
+        notes = [
+            *notes, *_count_notes(len(filling.quads.quads), blocks.count, settings), *t_notes
+        ]
     run.seconds["total"] = sum(run.seconds.values())
     return Decomposition(
         settings, mesh, surface, face_origin, arrival.distance, field.direction(surface), field,
         singularities, layout.complex if layout else None, filling.quads if filling else None,
         blocks, filling.placement if filling else None, polygon_index, polygon_block, run.seconds,
-        mesh.warnings + way_notes + notes, charts, way,
+        mesh.warnings + way_notes + notes, charts, way, t_edges,
     )

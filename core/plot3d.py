@@ -11,15 +11,16 @@ import numpy as np
 
 from .blocks import Blocks
 from .boundary_patches import Patches
-from .chords import forward_sides
+from .interfaces import interfaces
 from .regridding import block_grid
+from .t_layout import TLayout
 
 FORMS = ("ascii", "binary", "unformatted")
 # Faces of sides corner0-corner1 (j min), 1-2 (i max), 2-3 (j max), 3-0 (i min).
 _SIDE_FACE = (5, 4, 6, 3)
 
 
-def plot3d_grid(points, blocks: Blocks, form: str = "ascii", back=None) -> bytes:
+def plot3d_grid(points, blocks: Blocks | TLayout, form: str = "ascii", back=None) -> bytes:
     """The content of a PLOT3D grid file.
 
     points  (P, 3) float64
@@ -50,8 +51,11 @@ def _rows(values, size):
     return (values[k : k + size] for k in range(0, len(values), size))
 
 
-def neutral_map(blocks: Blocks, patches: Patches, extruded: bool) -> bytes:
-    """The neutral map file of a grid: how blocks join, and the patch of each free side."""
+def neutral_map(blocks: Blocks | TLayout, patches: Patches, extruded: bool) -> bytes:
+    """The neutral map file of a grid: how blocks join, and the patch of each free side.
+
+    Blocks with T-junctions join along parts of their sides.
+    """
     depth = 2 if extruded else 1
     lines = ["# Neutral map file of a multi-block grid by Crossfield", "# Block IDIM JDIM KDIM"]
     lines.append(str(blocks.count))
@@ -62,33 +66,31 @@ def neutral_map(blocks: Blocks, patches: Patches, extruded: bool) -> bytes:
         for block, (m, n) in enumerate(blocks.shape.tolist()):
             for name, face in (("front", 1), ("back", 2)):
                 lines.append(f"{name} {block + 1} {face} 1 {m + 1} 1 {n + 1}")
-    forward = forward_sides(blocks)
-    seen = {}
-    for block, side in np.ndindex(blocks.count, 4):
-        edge = int(blocks.block_edge[block, side])
+    joins, seen = interfaces(blocks), set()
+    for edge in blocks.side_edge.tolist():
+        sides = joins[edge]["sides"]
+        ranges = " ".join(_face_ranges(blocks, sides, depth))
         if blocks.edge_on_boundary[edge]:
-            name = patches.name[patches.edge_patch[edge]]
-            lines.append(f"{name} {_face_range(blocks, block, side, depth, False)}")
+            lines.append(f"{patches.name[patches.edge_patch[edge]]} {ranges}")
         elif edge in seen:
-            first, there = seen[edge]
-            # A side and its edge run alike in rising grid index where both agree with the other.
-            alike = forward[block, side] == (side < 2)
-            backwards = alike != (forward[first, there] == (there < 2))
-            swap = "TRUE" if there % 2 != side % 2 else "FALSE"
-            lines.append(
-                f"ONE_TO_ONE {_face_range(blocks, first, there, depth, False)} "
-                f"{_face_range(blocks, block, side, depth, backwards)} {swap}"
-            )
-        else:
-            seen[edge] = block, side
+            swap = "TRUE" if (sides[0]["side"] - sides[1]["side"]) % 2 else "FALSE"
+            lines.append(f"ONE_TO_ONE {ranges} {swap}")
+        seen.add(edge)
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
-def _face_range(blocks, block, side, depth, backwards):
-    """Block, face, and both ranges of a side, the one along the edge turned if `backwards`."""
-    count = int(blocks.shape[block][side % 2]) + 1
-    along = f"{count} 1" if backwards else f"1 {count}"
-    through = f"1 {depth}"
-    # Ranges come in cyclic order: (k, i) on j faces, (j, k) on i faces.
-    pair = f"{through} {along}" if side % 2 == 0 else f"{along} {through}"
-    return f"{block + 1} {_SIDE_FACE[side]} {pair}"
+def _face_ranges(blocks, sides, depth):
+    """Block, face and both ranges for each of the sides of an edge; the first range rises."""
+    result, turned = [], False
+    for number, join in enumerate(sides):
+        block, side, nodes = join["block"], join["side"], join["nodes"]
+        if side >= 2:
+            # These sides run against the grid.
+            nodes = [int(blocks.shape[block][side % 2]) - node for node in nodes]
+        turned = nodes[0] > nodes[1] if number == 0 else turned
+        along = "{1} {0}" if turned else "{0} {1}"
+        along = along.format(nodes[0] + 1, nodes[1] + 1)
+        # Ranges come in cyclic order: (k, i) on j faces, (j, k) on i faces.
+        pair = f"1 {depth} {along}" if side % 2 == 0 else f"{along} 1 {depth}"
+        result.append(f"{block + 1} {_SIDE_FACE[side]} {pair}")
+    return result

@@ -23,6 +23,8 @@ class Settings:
     lines            "motorcycle" (lines stop at lines) or "full" (the paper: lines cross)
     coarseness       "direct" (blocks as the lines were traced), "balanced" (few and well shaped) or
                      "fewest" (shapes count less)
+    t_junctions      True joins blocks to the fewest there can be: a corner of one may then lie inside
+                     a side of another. The quads are the same, and conform
     kink_angle       radians; boundary vertices that turn by more stay vertices of the mesh
     feature_angle    radians between triangles from which their edge is a feature edge, None: never
     feature_follow_angle  radians down to which a crease is followed from its ends
@@ -39,6 +41,7 @@ class Settings:
     relaxation: str = "diffused"
     lines: str = "motorcycle"
     coarseness: str = "balanced"
+    t_junctions: bool = False
     kink_angle: float = radians(20.0)
     feature_angle: float | None = radians(40.0)
     feature_follow_angle: float = radians(20.0)

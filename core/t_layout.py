@@ -12,7 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from .blocks import Blocks
-from .cutting import Grids, cut_corners, edges_between, find_chains, find_grids, turned
+from .cutting import (
+    Chains,
+    Grids,
+    cut_corners,
+    edges_between,
+    find_chains,
+    find_grids,
+    turned,
+)
 from .errors import LayoutError
 from .quad_connectivity import QuadConnectivity, connect_quads
 from .quads import grid_quads
@@ -21,7 +29,7 @@ from .t_lines import t_lines
 
 @dataclass(frozen=True)
 class TLayout:
-    """Blocks with T-junctions. Build it with `find_t_layout`.
+    """Blocks with T-junctions. Build it with `build_t_layout`.
 
     quad_block, shape, grid_offset, grid_vertex, corner   as in Blocks; corners may coincide where
                  a block closes upon itself
@@ -33,7 +41,6 @@ class TLayout:
     side_edge    side_edge[side_offset[s]:side_offset[s + 1]], the edges along a side in order
     side_start   int64, node of the side, 0 at its first corner, at which each of these edges begins
     side_forward bool, does a side run in the direction its edge is stored in?
-    kept         (edges of the conforming blocks,) bool, those that T-blocks have between them
     """
 
     quad_block: np.ndarray
@@ -48,7 +55,6 @@ class TLayout:
     side_edge: np.ndarray
     side_start: np.ndarray
     side_forward: np.ndarray
-    kept: np.ndarray
 
     @property
     def count(self) -> int:
@@ -61,59 +67,50 @@ class TLayout:
         return int((per_side - 1).sum())
 
 
-def find_t_layout(points, quad, blocks: Blocks, crease=()) -> TLayout:
-    """The fewest blocks, joined from conforming ones.
+def find_t_edges(points, blocks: Blocks, crease=()) -> np.ndarray:
+    """(E,) bool, edges of conforming blocks to keep: those between the blocks of the T-layout.
 
     points  (P, 3) float64
-    quad    (Q, 4) int64, the quads of the blocks
-    blocks  Blocks, the base complex: all lines between T-blocks are block edges
+    blocks  Blocks, the base complex of the quad mesh: all lines between T-blocks are block edges
     crease  (n, 2) int, end vertices of inner edges that no block may straddle
 
     Every irregular vertex inside is a corner of all blocks round it; elsewhere one quad at a vertex
-    makes a corner of a block and two a straight side. Raises LayoutError where that fails.
+    makes a corner of a block and two a straight side.
     """
     vertex, corner = np.unique(blocks.corner, return_inverse=True)
-    coarse = connect_quads(corner.reshape(-1, 4), len(vertex))
-    number = np.empty(coarse.edge_count, np.int64)
-    number[coarse.edge] = blocks.block_edge.ravel()
-    step = np.linalg.norm(np.diff(points[blocks.edge_vertex], axis=0), axis=1)
-    length = np.add.reduceat(np.append(step, 0.0), blocks.edge_offset[:-1])
-    length -= np.append(step, 0.0)[blocks.edge_offset[1:] - 1]
-    mesh = connect_quads(quad, len(points))
-    feature = np.zeros(len(length), bool)
-    owner = _edge_owner(mesh, blocks)
-    on_feature = edges_between(mesh, crease)
-    feature[owner[on_feature & (owner >= 0)]] = True
-    kept = np.zeros(len(length), bool)
-    kept[number] = t_lines(coarse, feature[number], length[number])
-    return _assemble(mesh, kept, owner)
+    mesh = connect_quads(corner.reshape(-1, 4), len(vertex))
+    number = np.empty(mesh.edge_count, np.int64)
+    number[mesh.edge] = blocks.block_edge.ravel()
+    first, step = _edge_steps(blocks)
+    size = np.linalg.norm(points[step[:, 1]] - points[step[:, 0]], axis=1)
+    length = np.bincount(first, size, len(number))
+    feature = np.zeros(len(number), bool)
+    feature[first[_among(step, crease, len(points))]] = True
+    kept = np.zeros(len(number), bool)
+    kept[number] = t_lines(mesh, feature[number], length[number])
+    return kept
 
 
-def divided_anew(layout: TLayout, quad, blocks: Blocks) -> TLayout:
-    """The same T-layout on a quad mesh with the same conforming blocks and other divisions."""
-    mesh = connect_quads(quad, int(np.max(quad)) + 1)
-    return _assemble(mesh, layout.kept, _edge_owner(mesh, blocks))
+def build_t_layout(quad, blocks: Blocks, kept) -> TLayout:
+    """The T-layout between some edges of conforming blocks.
 
+    quad    (Q, 4) int64, the quads of the blocks, with any divisions
+    kept    (E,) bool, as from `find_t_edges`
 
-def interfaces(layout: TLayout) -> list:
-    """One dict for each edge, ready for JSON: how the sides of two blocks join.
-
-    "edge": its number, "sides": for each of its one or two sides {"block", "side", "nodes"}; nodes
-    are those of the side where the edge begins and ends, counted from the side's first corner
-    counter-clockwise. The first node of one side is the first of the other.
+    Raises LayoutError where a part between them is no grid.
     """
-    size = np.diff(layout.edge_offset) - 1
-    side = np.repeat(np.arange(4 * layout.count), np.diff(layout.side_offset))
-    result = [{"edge": edge, "sides": []} for edge in range(len(size))]
-    for owner, edge, start, forward in zip(
-        side.tolist(), layout.side_edge.tolist(), layout.side_start.tolist(),
-        layout.side_forward.tolist(),
-    ):
-        nodes = [start, start + int(size[edge])]
-        result[edge]["sides"].append({
-            "block": owner // 4, "side": owner % 4, "nodes": nodes if forward else nodes[::-1],
-        })
-    return result
+    mesh = connect_quads(quad, int(np.max(quad)) + 1)
+    first, step = _edge_steps(blocks)
+    cut = edges_between(mesh, step[kept[first]])
+    ends = np.bincount(mesh.edge_vertex[cut].ravel(), minlength=mesh.vertex_count)
+    chains = find_chains(mesh, mesh.straight, cut, cut_corners(mesh, cut) | (ends > 2))
+    grids = find_grids(mesh, cut)
+    on_boundary = np.zeros(len(chains.offset) - 1, bool)
+    on_boundary[chains.chain[mesh.edge[mesh.boundary]]] = True
+    return TLayout(
+        grids.quad_block, grids.shape, grids.offset, grids.vertex, grids.corner, chains.offset,
+        chains.vertex, on_boundary, *_sides(mesh, grids, chains),
+    )
 
 
 def verify_t_layout(layout: TLayout, quad, crease=()):
@@ -141,9 +138,9 @@ def verify_t_layout(layout: TLayout, quad, crease=()):
     touched = np.isin(layout.edge_vertex[inner], layout.corner)
     _demand(not touched.any(), "a block corner lies inside an edge")
     mesh = connect_quads(quad, int(np.max(quad)) + 1)
-    on_edge = _edge_owner(mesh, layout) >= 0
     on_feature = edges_between(mesh, crease)
-    _demand(on_edge[on_feature].all(), "a feature edge lies inside a block")
+    missing = on_feature & ~edges_between(mesh, _edge_steps(layout)[1])
+    _demand(not missing.any(), "a feature edge lies inside a block")
     free = mesh.irregular & ~mesh.on_boundary
     free[mesh.edge_vertex[on_feature]] = False
     corners = np.bincount(layout.corner.ravel(), minlength=mesh.vertex_count)
@@ -155,7 +152,7 @@ def verify_t_layout(layout: TLayout, quad, crease=()):
 
 def _demand(condition, cause):
     if not condition:
-        raise LayoutError(f"The T-layout is not valid: {cause}; use conforming blocks.")
+        raise LayoutError(f"The T-layout is not valid ({cause}): the blocks conform instead.")
 
 
 def _verify_sides(layout: TLayout):
@@ -189,36 +186,22 @@ def _verify_sides(layout: TLayout):
     )
 
 
-def _edge_owner(mesh: QuadConnectivity, blocks) -> np.ndarray:
-    """(E,) int64, the block edge that each edge of the quad mesh lies on, -1 inside blocks."""
-    number = np.repeat(np.arange(len(blocks.edge_on_boundary)), np.diff(blocks.edge_offset) - 1)
-    first = np.ones(len(blocks.edge_vertex), bool)
-    first[blocks.edge_offset[1:] - 1] = False
-    first = np.flatnonzero(first)
-    span = np.array([mesh.vertex_count, 1])
-    ends = np.stack([blocks.edge_vertex[first], blocks.edge_vertex[first + 1]], 1)
-    key = np.sort(mesh.edge_vertex, axis=1) @ span
-    order = np.argsort(key)
-    owner = np.full(mesh.edge_count, -1)
-    owner[order[np.searchsorted(key[order], np.sort(ends, axis=1) @ span)]] = number
-    return owner
+def _edge_steps(blocks):
+    """Block edge (n,) and end vertices (n, 2) of all mesh edges on block edges."""
+    size = np.diff(blocks.edge_offset) - 1
+    number = np.repeat(np.arange(len(size)), size)
+    start = np.arange(len(number)) + number
+    return number, np.stack([blocks.edge_vertex[start], blocks.edge_vertex[start + 1]], 1)
 
 
-def _assemble(mesh: QuadConnectivity, kept, owner) -> TLayout:
-    """The T-layout between the kept edges of the conforming blocks; owner (E,) of mesh edges."""
-    cut = (owner >= 0) & kept[owner]
-    ends = np.bincount(mesh.edge_vertex[cut].ravel(), minlength=mesh.vertex_count)
-    chains = find_chains(mesh, mesh.straight, cut, cut_corners(mesh, cut) | (ends > 2))
-    grids = find_grids(mesh, cut)
-    on_boundary = np.zeros(len(chains.offset) - 1, bool)
-    on_boundary[chains.chain[mesh.edge[mesh.boundary]]] = True
-    return TLayout(
-        grids.quad_block, grids.shape, grids.offset, grids.vertex, grids.corner, chains.offset,
-        chains.vertex, on_boundary, *_sides(mesh, cut, grids, chains), kept,
-    )
+def _among(pairs, others, vertex_count):
+    """(n,) bool, which pairs of vertices (n, 2) are among the others, in either direction."""
+    span = np.array([vertex_count, 1])
+    others = np.sort(np.asarray(others, np.int64).reshape(-1, 2), axis=1)
+    return np.isin(np.sort(pairs, axis=1) @ span, others @ span)
 
 
-def _sides(mesh: QuadConnectivity, cut, grids: Grids, chains):
+def _sides(mesh: QuadConnectivity, grids: Grids, chains: Chains):
     """Offsets, edges, starts and directions of the sides of the blocks."""
     column, row = grids.column, grids.row
     m, n = grids.shape[grids.quad_block].T
@@ -233,8 +216,7 @@ def _sides(mesh: QuadConnectivity, cut, grids: Grids, chains):
     order = np.lexsort([node, side])
     side, node, halfedge = side[order], node[order], halfedge[order]
     edge = chains.chain[mesh.edge[halfedge]]
-    if not cut[mesh.edge[halfedge]].all() or (edge < 0).any():
-        raise LayoutError("The T-layout has an open border; use conforming blocks.")
+    _demand((edge >= 0).all(), "a block has an open border")
     first = np.flatnonzero((np.diff(edge, prepend=-1) != 0) | (np.diff(side, prepend=-1) != 0))
     offset = np.searchsorted(side[first], np.arange(4 * len(grids.shape) + 1))
     edge, begin = edge[first], chains.offset[edge[first]]

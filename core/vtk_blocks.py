@@ -16,13 +16,14 @@ from .blocks import Blocks
 from .boundary_patches import Patches
 from .quads import grid_quads
 from .regridding import block_grid, edge_chain
+from .t_layout import TLayout
 
 _OPEN = '<?xml version="1.0"?>\n<VTKFile type="{}" version="1.0" byte_order="LittleEndian"'
 _KINDS = {"f": ("Float64", "<f8"), "i": ("Int32", "<i4")}
 
 
 def vtk_files(
-    points, quads, blocks: Blocks, patches: Patches, folder: str, values=None, back=None
+    points, quads, blocks: Blocks | TLayout, patches: Patches, folder: str, values=None, back=None
 ):
     """The content of a .vtm, and of the files in its folder: (bytes, dict of name -> bytes).
 
