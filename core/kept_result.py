@@ -19,9 +19,10 @@ from .placement import Placement
 from .settings import Settings
 from .singularities import Singularities
 from .surface import build_surface
+from .t_layout import verify_t_layout
 
 _PARTS = {"blocks": Blocks, "placement": Placement, "quads": QuadMesh}
-_BOOLEAN = {"blocks.edge_on_boundary", "placement.fixed", "quads.on_boundary"}
+_BOOLEAN = {"t_edges", "blocks.edge_on_boundary", "placement.fixed", "quads.on_boundary"}
 
 
 def to_arrays(decomposition: Decomposition) -> dict:
@@ -42,6 +43,8 @@ def to_arrays(decomposition: Decomposition) -> dict:
         "singularities.position": singular.position,
         "singularities.sums": np.array([singular.index_sum, singular.expected_index_sum]),
     }
+    if decomposition.t_edges is not None:
+        kept["t_edges"] = decomposition.t_edges
     if decomposition.charts is not None:
         kept["surface.across"] = decomposition.charts.across
     for part, kind in _PARTS.items():
@@ -63,6 +66,8 @@ def from_arrays(kept: dict) -> Decomposition:
     try:
         result = _restored(kept)
         verify_blocks(result.blocks, result.quads.quads)
+        if result.t_edges is not None:
+            verify_t_layout(result.layout, result.quads.quads, result.quads.crease)
     except (KeyError, IndexError, TypeError, ValueError, CrossfieldError):
         raise InputError(
             "The blocks that were kept with these results are damaged; decompose the mesh again."
@@ -93,6 +98,7 @@ def _restored(kept) -> Decomposition:
         singularities=singular, complex=None, quads=quads, blocks=blocks, placement=placement,
         polygon_index=None, polygon_block=None, seconds={}, charts=charts, way=str(kept["way"]),
         warnings=json.loads(kept["warnings"]),
+        t_edges=_rows(kept, "t_edges") if "t_edges" in kept else None,
     )
 
 

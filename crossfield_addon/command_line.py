@@ -127,6 +127,11 @@ def _add_layout_settings(settings):
         help="blocks as traced, few of good shape, or fewest (%(default)s)",
     )
     settings.add_argument(
+        "--t-junctions",
+        action="store_true",
+        help="the fewest blocks of all; corners may lie inside sides of others",
+    )
+    settings.add_argument(
         "--line-distance",
         type=float,
         metavar="D",
@@ -212,6 +217,7 @@ def _settings(arguments) -> Settings:
         relaxation=arguments.relaxation,
         lines=arguments.lines,
         coarseness=arguments.coarseness,
+        t_junctions=arguments.t_junctions,
         kink_angle=radians(arguments.kink_angle),
         feature_angle=radians(arguments.feature_angle) if arguments.feature_angle else None,
         feature_follow_angle=radians(arguments.feature_follow_angle),
@@ -281,7 +287,7 @@ def _write_blend(path, arguments, given, decomposition):
 
 
 def _write_quads(path, arguments, given, decomposition):
-    quads, blocks = decomposition.quads, decomposition.blocks
+    quads, blocks = decomposition.quads, decomposition.layout
     write_quads_obj(path, quads.points, quads.quads, blocks.quad_block)
 
 

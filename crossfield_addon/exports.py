@@ -87,6 +87,11 @@ def refuse_without_blocks(arguments, settings) -> None:
             raise SettingsError(f"The height {arguments.extrude} must be a positive number.")
         if (arguments.plot3d_binary or arguments.plot3d_unformatted) and not arguments.plot3d:
             raise SettingsError("The form of a PLOT3D file was given without --plot3d.")
+        for flag in ("blockmesh", "block_mesh"):
+            if settings.t_junctions and getattr(arguments, flag):
+                raise SettingsError(
+                    f"--{flag.replace('_', '-')} needs blocks that conform; leave out --t-junctions."
+                )
         return
     for flag in ("plot3d", "blockmesh", "vtk", "block_mesh", "quality_table", "lock", "first_height"):
         if getattr(arguments, flag):
@@ -105,7 +110,7 @@ def divide(decomposition, wishes: Wishes):
 
 def quality_table(decomposition) -> list:
     """Rows of the quality table, one dict for each block."""
-    quads, blocks = decomposition.quads, decomposition.blocks
+    quads, blocks = decomposition.quads, decomposition.layout
     quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
     return quality_rows(blocks, quality)
 

@@ -89,6 +89,7 @@ def draw_size(layout, settings):
     layout.prop(settings, "size")
     layout.prop(settings, "quad_count" if settings.size == "COUNT" else "edge_length")
     layout.prop(settings, "coarseness")
+    layout.prop(settings, "t_junctions")
 
 
 def draw_details(layout, settings, stop_after="quads"):

@@ -75,6 +75,15 @@ class SettingProperties:
         default=_DEFAULTS.coarseness,
         options=_OPTIONS,
     )
+    t_junctions: bpy.props.BoolProperty(
+        name="T-junctions",
+        description=(
+            "The fewest blocks of all: a corner of one may lie inside a side of another. The quads"
+            " are the same"
+        ),
+        default=_DEFAULTS.t_junctions,
+        options=_OPTIONS,
+    )
     kink_angle: bpy.props.FloatProperty(
         name="Kink angle",
         description="Boundary vertices that turn by more stay vertices of the quad mesh",
@@ -162,6 +171,7 @@ class SettingProperties:
             relaxation=self.relaxation,
             lines=self.lines,
             coarseness=self.coarseness,
+            t_junctions=self.t_junctions,
             kink_angle=self.kink_angle,
             feature_angle=self.feature_angle if self.keep_creases else None,
             feature_follow_angle=self.feature_follow_angle,

@@ -11,6 +11,7 @@ from ..core.block_mesh import block_mesh, block_mesh_obj
 from ..core.block_mesh_dict import block_mesh_dict
 from ..core.block_quality import block_quality
 from ..core.boundary_patches import Patches, loop_patches, material_patches
+from ..core.errors import SettingsError
 from ..core.extrusion import extrude
 from ..core.plot3d import neutral_map, plot3d_grid
 from ..core.projection import plane_normal
@@ -24,7 +25,7 @@ def boundary_patches(decomposition, names=(), material=None) -> Patches:
     names     list of str
     material  (N,) int64, material of each of the user's polygons, -1 without
     """
-    blocks, placement = decomposition.blocks, decomposition.placement
+    blocks, placement = decomposition.layout, decomposition.placement
     loops = edge_loops(blocks, placement.loop)
     if not names:
         return loop_patches(blocks, loops)
@@ -37,16 +38,20 @@ def plot3d(decomposition, form="ascii", height=None) -> bytes:
     """A PLOT3D grid; height None: a surface, else extruded by so much."""
     quads = decomposition.quads
     back = None if height is None else extrude(quads.points, quads.quads, height)
-    return plot3d_grid(quads.points, decomposition.blocks, form, back)
+    return plot3d_grid(quads.points, decomposition.layout, form, back)
 
 
 def plot3d_map(decomposition, patches: Patches, height=None) -> bytes:
     """The neutral map file that goes with `plot3d`."""
-    return neutral_map(decomposition.blocks, patches, height is not None)
+    return neutral_map(decomposition.layout, patches, height is not None)
 
 
 def open_foam(decomposition, patches: Patches, height=None) -> bytes:
-    """A blockMeshDict, one cell deep; height None: as deep as quads are wide."""
+    """A blockMeshDict, one cell deep; height None: as deep as quads are wide.
+
+    Raises SettingsError where blocks have T-junctions.
+    """
+    _refuse_junctions(decomposition)
     quads = decomposition.quads
     back = extrude(quads.points, quads.quads, height)
     planar = plane_normal(decomposition.whole) is not None
@@ -55,7 +60,7 @@ def open_foam(decomposition, patches: Patches, height=None) -> bytes:
 
 def vtk(decomposition, patches: Patches, folder: str, height=None):
     """A .vtm, and name -> bytes of the files in the folder of this name beside it."""
-    quads, blocks = decomposition.quads, decomposition.blocks
+    quads, blocks = decomposition.quads, decomposition.layout
     quality = block_quality(quads.points, quads.quads, blocks, quads.scaled_jacobian)
     values = {
         "scaled_jacobian": quality.scaled_jacobian, "skewness": quality.skewness,
@@ -66,5 +71,16 @@ def vtk(decomposition, patches: Patches, folder: str, height=None):
 
 
 def coarse_mesh(decomposition) -> bytes:
-    """The block mesh as OBJ: a quad for each block, and the curves between them."""
+    """The block mesh as OBJ: a quad for each block, and the curves between them.
+
+    Raises SettingsError where blocks have T-junctions.
+    """
+    _refuse_junctions(decomposition)
     return block_mesh_obj(block_mesh(decomposition.quads.points, decomposition.blocks))
+
+
+def _refuse_junctions(decomposition):
+    if decomposition.t_edges is not None:
+        raise SettingsError(
+            "This kind of file needs blocks that conform; decompose without T-junctions."
+        )
