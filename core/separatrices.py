@@ -107,30 +107,3 @@ def conflicts(mesh: QuadConnectivity, sectors: Sectors, lines: Separatrices) -> 
         pairs.append(np.stack([joining[mesh.edge[port[even]]], joining[mesh.edge[ahead[even]]]], 1))
     pairs = np.concatenate(pairs)
     return np.unique(np.sort(pairs[(pairs >= 0).all(1)], axis=1), axis=0)
-
-
-def independent(wanted, pairs, preference) -> np.ndarray:
-    """(n,) bool, many of the wanted elements without any pair of them: fewest pairs first.
-
-    wanted      (n,) bool
-    pairs       (k, 2) int64
-    preference  (n,) float64, lower ones first where the number of pairs does not tell
-    """
-    left = wanted.copy()
-    left[pairs[pairs[:, 0] == pairs[:, 1], 0]] = False
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    both = both[(both[:, 0] != both[:, 1]) & left[both].all(1)]
-    order = np.argsort(both[:, 0], kind="stable")
-    neighbour = np.split(both[order, 1], np.searchsorted(both[order, 0], np.arange(1, len(left))))
-    degree = np.bincount(both[:, 0], minlength=len(left))
-    chosen = left & (degree == 0)
-    left &= degree > 0
-    rank = np.empty(len(left))
-    rank[np.argsort(preference, kind="stable")] = np.linspace(0, 0.5, len(left))
-    while left.any():
-        best = np.argmin(np.where(left, degree + rank, np.inf))
-        chosen[best], left[best] = True, False
-        for lost in neighbour[best][left[neighbour[best]]]:
-            left[lost] = False
-            degree[neighbour[lost]] -= 1
-    return chosen

@@ -14,8 +14,9 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from .cutting import to_the_end
+from .independent_set import independent_set
 from .quad_connectivity import QuadConnectivity, previous_side
-from .separatrices import Sectors, conflicts, find_sectors, find_separatrices, independent
+from .separatrices import Sectors, conflicts, find_sectors, find_separatrices
 from .surface import connected_components
 
 
@@ -33,7 +34,7 @@ def t_lines(mesh: QuadConnectivity, fixed, length) -> np.ndarray:
     lines = find_separatrices(mesh, fixed, sectors)
     on_line = lines.line >= 0
     extent = np.bincount(lines.line[on_line], length[on_line], len(lines.joins))
-    chosen = independent(lines.joins, conflicts(mesh, sectors, lines), extent)
+    chosen = independent_set(lines.joins, conflicts(mesh, sectors, lines), extent)
     kept = fixed
     kept[on_line] |= chosen[lines.line[on_line]]
     tracks = _Tracks(mesh, kept, lines.stop, length)
