@@ -94,3 +94,12 @@ def quality_text(rows: list) -> str:
         f"  {'inf' if None in aspects else format(worst, '.1f'):>10}"
     )
     return "\n".join(lines)
+
+
+def quality_csv(rows: list) -> str:
+    """The table for a spreadsheet: a line for each block, lists with spaces between."""
+    lines = [",".join(rows[0])]
+    for row in rows:
+        cells = [" ".join(map(str, c)) if isinstance(c, list) else c for c in row.values()]
+        lines.append(",".join("inf" if cell is None else str(cell) for cell in cells))
+    return "\n".join(lines) + "\n"

@@ -77,3 +77,19 @@ def _distinct(names):
         taken.add(unique)
         result.append(unique)
     return result
+
+
+def loops_of_material(surface, face_origin, polygon_material, material: int) -> tuple:
+    """Numbers of the boundary loops that run along polygons of a material for half their length.
+
+    surface           TriangleSurface
+    face_origin       (F,) int64, polygon of each triangle
+    polygon_material  (N,) int64
+    """
+    halfedge = surface.loop_halfedges
+    loop = np.repeat(np.arange(surface.loop_count), np.diff(surface.loop_offset))
+    length = surface.edge_length[halfedge]
+    of_material = polygon_material[face_origin[halfedge // 3]] == material
+    share = np.bincount(loop, length * of_material, surface.loop_count)
+    whole = np.bincount(loop, length, surface.loop_count)
+    return tuple(np.flatnonzero((share > 0) & (share >= 0.5 * whole)).tolist())

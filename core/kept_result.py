@@ -38,6 +38,7 @@ def to_arrays(decomposition: Decomposition) -> dict:
         "surface.points": whole.points,
         "surface.triangles": whole.triangles,
         "surface.polygon": decomposition.face_origin,
+        "polygon_index": decomposition.polygon_index,
         "singularities.face": singular.face,
         "singularities.index": singular.index,
         "singularities.position": singular.position,
@@ -96,7 +97,7 @@ def _restored(kept) -> Decomposition:
         settings=settings, clean=None, surface=surface,
         face_origin=_rows(kept, "surface.polygon"), distance=None, direction=None, field=None,
         singularities=singular, complex=None, quads=quads, blocks=blocks, placement=placement,
-        polygon_index=None, polygon_block=None, seconds={}, charts=charts, way=str(kept["way"]),
+        polygon_index=_rows(kept, "polygon_index"), polygon_block=None, seconds={}, charts=charts, way=str(kept["way"]),
         warnings=json.loads(kept["warnings"]),
         t_edges=_rows(kept, "t_edges") if "t_edges" in kept else None,
     )

@@ -71,12 +71,11 @@ def write_quads_obj(path, points, quads, block=None):
     Raises InputError when the file cannot be written; an older file of that name then stays.
     """
     path = Path(os.path.realpath(path))
-    text = _obj_text(np.asarray(points, np.float64), np.asarray(quads), block)
+    content = quads_obj(points, quads, block)
     unfinished = path.with_name(f".{path.name}-{os.getpid()}.unfinished")
     try:
         try:
-            with open(unfinished, "w", encoding="ascii", newline="\n") as file:
-                file.write(text)
+            unfinished.write_bytes(content)
             os.replace(unfinished, path)
         finally:
             unfinished.unlink(missing_ok=True)
@@ -86,7 +85,9 @@ def write_quads_obj(path, points, quads, block=None):
         ) from None
 
 
-def _obj_text(points, quads, block):
+def quads_obj(points, quads, block=None) -> bytes:
+    """The content of the file that `write_quads_obj` writes."""
+    points, quads = np.asarray(points, np.float64), np.asarray(quads)
     lines = ["# Multi-block quad mesh by Crossfield"]
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
     faces = [f"f {a} {b} {c} {d}" for a, b, c, d in (quads + 1).tolist()]
@@ -99,4 +100,4 @@ def _obj_text(points, quads, block):
         for rows in np.split(order, start[1:]) if len(start) else []:
             lines.append(f"g block_{block[rows[0]]:04d}")
             lines += [faces[row] for row in rows.tolist()]
-    return "\n".join(lines) + "\n"
+    return ("\n".join(lines) + "\n").encode("ascii")

@@ -82,8 +82,16 @@ def new_file_with(name: str, points, polygons):
     return source, mesh_arrays.read_object(bpy.context, source)
 
 
-def save_results(path: Path, source, arrays, decomposition, keep_lines: bool) -> None:
-    """Write the results into the open file and save a copy of it."""
-    results.write_results(bpy.context.scene, source, arrays, decomposition, keep_lines)
+def object_materials(source):
+    """Names of the materials of an object, and the material of each of its polygons as evaluated."""
+    return mesh_arrays.evaluated_materials(bpy.context, source)
+
+
+def save_results(path: Path, source, arrays, decomposition, keep_lines, computed, wanted) -> None:
+    """Write the results into the open file and save a copy of it; as `results.write_results`."""
+    results.write_results(
+        bpy.context.scene, source, arrays, decomposition, keep_lines, computed=computed,
+        wanted=wanted,
+    )
     with quiet():
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)

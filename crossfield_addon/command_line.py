@@ -10,7 +10,7 @@ import argparse
 import json
 import sys
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, radians
 from pathlib import Path
 
@@ -231,24 +231,29 @@ def _settings(arguments) -> Settings:
 
 @dataclass(frozen=True)
 class _Given:
-    """The mesh to decompose, and the Blender object it came from (None for other files)."""
+    """The mesh to decompose, the Blender object it came from (None for other files), and the
+    decomposition before it was divided as wanted.
+    """
 
     points: np.ndarray
     polygons: object
     source: object = None
     arrays: object = None
+    computed: object = None
+    wanted: object = None
 
 
 def _run(arguments):
     settings = _settings(arguments)
     targets = _targets(arguments, settings)
-    wishes = exports.read_wishes(arguments)
+    wanted = exports.wanted_divisions(arguments)
     given = _read(arguments)
-    decomposition = decompose(
+    computed = decompose(
         given.points, given.polygons, settings, progress=_progress(),
         marked_edges=None if given.arrays is None else given.arrays.marked_edges,
     )
-    decomposition = exports.divide(decomposition, wishes)
+    decomposition = wanted.divide(computed)
+    given = replace(given, computed=computed, wanted=wanted)
     with OutputFiles() as files:
         for kind, target in targets.items():
             _WRITERS[kind](files.temporary(target), arguments, given, decomposition)
@@ -283,7 +288,9 @@ def _write_blend(path, arguments, given, decomposition):
     source, arrays = given.source, given.arrays
     if source is None:
         source, arrays = new_file_with(arguments.input.stem, given.points, given.polygons)
-    save_results(path, source, arrays, decomposition, arguments.keep_lines)
+    save_results(
+        path, source, arrays, decomposition, arguments.keep_lines, given.computed, given.wanted
+    )
 
 
 def _write_quads(path, arguments, given, decomposition):

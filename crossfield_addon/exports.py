@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.block_quality import block_quality, quality_rows, quality_text
-from ..core.divisions import redivide
 from ..core.errors import SettingsError
 from ..core.obj_materials import parse_materials
 from ..core.wall_spacing import Grading
 from . import solver_files
+from .wanted_divisions import WantedDivisions
 
 SUFFIXES = {"plot3d": ".xyz", "blockmesh": "", "vtk": ".vtm", "block_mesh": ".obj"}
 
@@ -60,24 +59,18 @@ def _lock(text):
         ) from None
 
 
-@dataclass(frozen=True)
-class Wishes:
-    """Divisions that were asked for."""
-
-    locks: list
-    grading: Grading | None
-
-
-def read_wishes(arguments) -> Wishes:
+def wanted_divisions(arguments) -> WantedDivisions:
     """Check the flags for divisions; raises SettingsError before any work is done."""
     if arguments.first_height is None:
         for flag, value in (("--growth", arguments.growth), ("--wall", arguments.wall)):
             if value is not None:
                 raise SettingsError(f"{flag} needs --first-height; give both or none.")
-        return Wishes(arguments.lock, None)
+        return WantedDivisions(tuple(arguments.lock))
     growth = Grading.growth if arguments.growth is None else arguments.growth
     walls = None if arguments.wall is None else tuple(arguments.wall)
-    return Wishes(arguments.lock, Grading(arguments.first_height, growth, walls))
+    return WantedDivisions(
+        tuple(arguments.lock), Grading(arguments.first_height, growth, walls)
+    )
 
 
 def refuse_without_blocks(arguments, settings) -> None:
@@ -99,13 +92,6 @@ def refuse_without_blocks(arguments, settings) -> None:
                 f"There are no blocks for --{flag.replace('_', '-')} after --stop-after"
                 f" {settings.stop_after}."
             )
-
-
-def divide(decomposition, wishes: Wishes):
-    """The decomposition with the divisions that were asked for."""
-    if not wishes.locks and wishes.grading is None:
-        return decomposition
-    return redivide(decomposition, wishes.locks, wishes.grading)
 
 
 def quality_table(decomposition) -> list:
@@ -135,11 +121,9 @@ def _patches(given, arguments, decomposition):
 def _materials(given, arguments):
     """Names and (N,) material of each polygon; no names where the input has none."""
     if given.source is not None:
-        from .mesh_arrays import polygon_materials
+        from .blend_files import object_materials
 
-        if not given.arrays.on_object:
-            return [], None
-        return polygon_materials(given.source)
+        return object_materials(given.source)
     if arguments.input.suffix.lower() == ".obj":
         return parse_materials(arguments.input.read_bytes())
     return [], None

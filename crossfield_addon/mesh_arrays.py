@@ -100,9 +100,36 @@ def _mesh_arrays(mesh):
     return points.astype(np.float64), corner_vertex, polygon_start
 
 
-def polygon_materials(source):
-    """Names of the materials of an object and (N,) int64, the material of each polygon, -1 without."""
-    mesh = source.data
+def evaluated_arrays(context, source):
+    """(points, corner_vertex, polygon_start) of a mesh object as its modifiers leave it.
+
+    In edit mode as it is edited, without modifiers.
+    """
+    return _from_evaluated(context, source, _mesh_arrays)
+
+
+def evaluated_materials(context, source):
+    """Names of the materials of an object and (N,) int64, the material of each polygon, -1 without.
+
+    The polygons are those that `read_object` reads.
+    """
+    return _from_evaluated(context, source, lambda mesh: _polygon_materials(source, mesh))
+
+
+def _from_evaluated(context, source, read):
+    if source.mode == "EDIT":
+        source.update_from_editmode()
+        return read(source.data)
+    depsgraph = context.evaluated_depsgraph_get()
+    evaluated = source.evaluated_get(depsgraph)
+    mesh = evaluated.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+    try:
+        return read(mesh)
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def _polygon_materials(source, mesh):
     index = np.zeros(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("material_index", index)
     slots = [slot.material for slot in source.material_slots]

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
+import numpy as np
 
 from ..core.errors import CrossfieldError
 from ..core.pipeline import decompose
-from . import mesh_arrays, results
+from . import mesh_arrays, results, shown_result
 from .properties import SettingProperties
+from .reporting import ReportingOperator, results_in_object_mode
+from .wall_properties import WallProperties, draw_walls
+from .wanted_divisions import WantedDivisions
 
 
 def _can_run(operator, context) -> bool:
@@ -25,7 +31,7 @@ def _can_run(operator, context) -> bool:
     return False
 
 
-class _StageOperator(SettingProperties):
+class _StageOperator(ReportingOperator, SettingProperties, WallProperties):
     """Runs the core up to one stage.
 
     A property that the caller did not give is taken from ``Scene.crossfield``.
@@ -38,58 +44,100 @@ class _StageOperator(SettingProperties):
     def poll(cls, context):
         return _can_run(cls, context)
 
-    def execute(self, context):
-        self._fill_in(context.scene.crossfield)
+    def run(self, context):
+        fill_in(self, context.scene.crossfield)
         source = context.object
+        arrays = mesh_arrays.read_object(context, source, self.marks)
+        computed = self._decompose(context, arrays)
+        notes, wanted, divided = [], WantedDivisions(), computed
+        if computed.blocks is not None:
+            materials = mesh_arrays.evaluated_materials(context, source)
+            wanted = WantedDivisions(grading=self.grading(computed, *materials))
+            divided, wanted, notes = _with_earlier_locks(source, computed, wanted)
+        collection = results.find_collection(source)
+        with results_in_object_mode(collection.objects if collection else ()):
+            notes += results.write_results(
+                context.scene, source, arrays, divided, self.keep_lines, self.products, computed,
+                wanted,
+            )
+        for note in notes:
+            self.report({"WARNING"}, note)
+        self.report({"INFO"}, divided.sentence())
+        return {"FINISHED"}
+
+    def _decompose(self, context, arrays):
         progress = context.window_manager
         progress.progress_begin(0.0, 1.0)
         try:
-            arrays = mesh_arrays.read_object(context, source, self.marks)
-            decomposition = decompose(
+            return decompose(
                 arrays.points,
                 arrays.polygons,
                 self.settings(self.stop_after),
                 progress=lambda fraction, stage: progress.progress_update(fraction),
                 marked_edges=arrays.marked_edges,
             )
-        except CrossfieldError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        except MemoryError:
-            self.report({"ERROR"}, "The memory does not suffice for this mesh; use a coarser one.")
-            return {"CANCELLED"}
         finally:
             progress.progress_end()
-        notes = results.write_results(context.scene, source, arrays, decomposition, self.keep_lines)
-        for note in notes:
-            self.report({"WARNING"}, note)
-        self.report({"INFO"}, decomposition.sentence())
-        return {"FINISHED"}
-
-    def _fill_in(self, scene_settings):
-        given = self.properties
-        if given.is_property_set("edge_length") and not given.is_property_set("size"):
-            self.size = "LENGTH"
-        if given.is_property_set("quad_count") and not given.is_property_set("size"):
-            self.size = "COUNT"
-        for name in SettingProperties.__annotations__:
-            if not given.is_property_set(name):
-                setattr(self, name, getattr(scene_settings, name))
 
     def draw(self, context):
         if self.stop_after == "quads":
             draw_size(self.layout, self)
         draw_details(self.layout, self, self.stop_after)
+        if self.stop_after == "quads":
+            draw_walls(self.layout, self, context.object)
 
 
-def draw_size(layout, settings):
-    """The controls for the size of the quads and the number of blocks."""
+def fill_in(operator, scene_settings) -> None:
+    """Take properties that the caller of an operator did not give from the settings of the scene."""
+    given = operator.properties
+    if given.is_property_set("edge_length") and not given.is_property_set("size"):
+        operator.size = "LENGTH"
+    if given.is_property_set("quad_count") and not given.is_property_set("size"):
+        operator.size = "COUNT"
+    if given.is_property_set("first_height") and not given.is_property_set("use_walls"):
+        operator.use_walls = True
+    for name in (*SettingProperties.__annotations__, *WallProperties.__annotations__):
+        if hasattr(operator, name) and not given.is_property_set(name):
+            setattr(operator, name, getattr(scene_settings, name))
+
+
+def _with_earlier_locks(source, computed, wanted):
+    """The decomposition divided as wanted, with the locks of earlier results of the same blocks."""
+    collection = results.find_collection(source)
+    if collection is None or results.find_object(collection, "blocks") is None:
+        return wanted.divide(computed), wanted, []
+    try:
+        with results_in_object_mode(collection.objects):
+            before, earlier, _ = shown_result.divided(collection)
+        if not earlier.locks:
+            return wanted.divide(computed), wanted, []
+        if _same_blocks(before, computed):
+            locked = replace(wanted, locks=earlier.locks)
+            return locked.divide(computed), locked, []
+    except CrossfieldError:
+        # Locks that do not go with the new settings, or earlier results that were damaged.
+        pass
+    note = "The locks of the earlier blocks were dropped: they do not fit the new ones."
+    return wanted.divide(computed), wanted, [note]
+
+
+def _same_blocks(first, second) -> bool:
+    """Do two decompositions have the same blocks in about the same places?"""
+    if not np.array_equal(first.blocks.block_edge, second.blocks.block_edge):
+        return False
+    corners = [d.quads.points[d.blocks.corner] for d in (first, second)]
+    return bool(np.abs(corners[0] - corners[1]).max() < 0.05 * first.whole.diagonal)
+
+
+def draw_size(layout, settings, blocks=True):
+    """The controls for the size of the quads and, if wanted, for the number of blocks."""
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.prop(settings, "size")
     layout.prop(settings, "quad_count" if settings.size == "COUNT" else "edge_length")
-    layout.prop(settings, "coarseness")
-    layout.prop(settings, "t_junctions")
+    if blocks:
+        layout.prop(settings, "coarseness")
+        layout.prop(settings, "t_junctions")
 
 
 def draw_details(layout, settings, stop_after="quads"):
@@ -110,12 +158,16 @@ def draw_details(layout, settings, stop_after="quads"):
     layout.column(heading="Keep marked").prop(settings, "marks")
     layout.prop(settings, "repair")
     layout.prop(settings, "weld_distance")
+    layout.column(heading="Show").prop(settings, "products")
     if stop_after == "quads":
         layout.prop(settings, "keep_lines")
 
 
 class CROSSFIELD_OT_decompose(_StageOperator, bpy.types.Operator):
-    """Turn the active mesh into a conforming multi-block quad mesh"""
+    """Turn the active mesh into blocks with four sides, and fill them with a conforming quad mesh.
+
+    The mesh stays as it is but for attributes; results of an earlier run are replaced
+    """
 
     bl_idname = "crossfield.decompose"
     bl_label = "Decompose into Blocks"
@@ -149,7 +201,11 @@ class CROSSFIELD_OT_clear(bpy.types.Operator):
         return _can_run(cls, context)
 
     def execute(self, context):
-        if not results.remove_results(context.object):
+        source = context.object
+        collection = results.find_collection(source)
+        if collection is not None and results.source_of(collection) is not None:
+            source = results.source_of(collection)
+        if not results.remove_results(source):
             self.report({"INFO"}, f"{context.object.name!r} has no results to remove.")
             return {"CANCELLED"}
         return {"FINISHED"}

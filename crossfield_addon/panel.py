@@ -1,4 +1,4 @@
-"""The sidebar panel of the 3D viewport."""
+"""The sidebar panels of the 3D viewport."""
 
 from __future__ import annotations
 
@@ -6,18 +6,32 @@ import textwrap
 
 import bpy
 
-from . import results
+from . import quality_colours, results
+from .operator_export import EXPORTS
 from .operators import draw_details, draw_size
+from .wall_properties import draw_walls
 
 
-class CROSSFIELD_PT_main(bpy.types.Panel):
+class _SidebarPanel:
+    """Where our panels are."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Crossfield"
+
+
+class _SubPanel(_SidebarPanel):
+    """A closed panel inside the main one."""
+
+    bl_parent_id = "CROSSFIELD_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+class CROSSFIELD_PT_main(_SidebarPanel, bpy.types.Panel):
     """Controls, the operators and the result in words"""
 
     bl_idname = "CROSSFIELD_PT_main"
     bl_label = "Crossfield"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Crossfield"
 
     def draw(self, context):
         layout = self.layout
@@ -33,7 +47,8 @@ class CROSSFIELD_PT_main(bpy.types.Panel):
 
     def _draw_result(self, layout, context):
         source = context.object
-        if source is None or source.type != "MESH":
+        collection = results.find_collection(source)
+        if collection is None and (source is None or source.type != "MESH"):
             layout.label(text="Select a mesh.", icon="INFO")
             return
         sentence, notes = results.result_text(source)
@@ -46,16 +61,70 @@ class CROSSFIELD_PT_main(bpy.types.Panel):
                 box.label(text=line, icon="BLANK1" if number else icon)
 
 
-class CROSSFIELD_PT_details(bpy.types.Panel):
+class CROSSFIELD_PT_details(_SubPanel, bpy.types.Panel):
     """The settings that a first run need not touch"""
 
     bl_idname = "CROSSFIELD_PT_details"
     bl_label = "Settings"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Crossfield"
-    bl_parent_id = "CROSSFIELD_PT_main"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         draw_details(self.layout.column(), context.scene.crossfield)
+
+
+class CROSSFIELD_PT_divisions(_SubPanel, bpy.types.Panel):
+    """Numbers of quads along block edges, and their spacing towards walls"""
+
+    bl_idname = "CROSSFIELD_PT_divisions"
+    bl_label = "Divisions"
+
+    def draw(self, context):
+        layout = self.layout
+        column = layout.column(align=True)
+        column.operator("crossfield.edit_block_edges", icon="EDGESEL")
+        row = column.row(align=True)
+        row.operator("crossfield.lock_divisions", text="Lock", icon="LOCKED")
+        row.operator("crossfield.unlock_divisions", text="Unlock", icon="UNLOCKED")
+        every = row.operator("crossfield.unlock_divisions", text="Unlock All")
+        every.every = True
+        source = context.object
+        collection = results.find_collection(source)
+        if collection is not None:
+            source = results.source_of(collection) or source
+        draw_walls(layout.column(), context.scene.crossfield, source)
+        layout.operator("crossfield.regrid", icon="FILE_REFRESH")
+
+
+class CROSSFIELD_PT_quality(_SubPanel, bpy.types.Panel):
+    """Grid quality as colours and as a table"""
+
+    bl_idname = "CROSSFIELD_PT_quality"
+    bl_label = "Quality"
+
+    def draw(self, context):
+        layout = self.layout
+        collection = results.find_collection(context.object)
+        shown = "NONE" if collection is None else quality_colours.shown_measure(collection)
+        column = layout.column(align=True)
+        for measure, label, _ in quality_colours.MEASURES:
+            button = column.operator(
+                "crossfield.show_quality", text=label, depress=measure == shown
+            )
+            button.measure = measure
+        summary = results.quality_text(collection)
+        if summary:
+            box = layout.box().column(align=True)
+            for line in summary:
+                box.label(text=line)
+        layout.operator("crossfield.quality_table", icon="SPREADSHEET")
+
+
+class CROSSFIELD_PT_export(_SubPanel, bpy.types.Panel):
+    """The blocks as files for solvers; also in File > Export"""
+
+    bl_idname = "CROSSFIELD_PT_export"
+    bl_label = "Export"
+
+    def draw(self, context):
+        column = self.layout.column(align=True)
+        for operator in EXPORTS:
+            column.operator(operator.bl_idname, text=operator.bl_label.removeprefix("Export "))

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import markers, palette, results
+from . import markers, palette, result_objects
 from .blend_files import quiet
 
 LAYERS = ("surface", "distance", "field", "lines", "quads", "blocks", "singularities")
@@ -85,22 +85,22 @@ def _layer_objects(decomposition, layers, pixel):
         objects += _surface_objects(decomposition.surface, pixel)
     if "distance" in layers:
         lines = contours(decomposition.surface, decomposition.distance)
-        curve = results.curve_object("distance", lines, 1.2 * pixel, "distance")
+        curve = result_objects.curve_object("distance", lines, 1.2 * pixel, "distance")
         objects.append(_painted(curve, _CROSS))
     if "field" in layers:
         crosses = cross_segments(decomposition, 26 * pixel)
-        curve = results.curve_object("field", crosses, 1.0 * pixel, "field")
+        curve = result_objects.curve_object("field", crosses, 1.0 * pixel, "field")
         objects.append(_painted(curve, _CROSS))
     if "lines" in layers:
         complex_ = decomposition.complex
         lines = np.split(complex_.arc_point, complex_.arc_offset[1:-1])
-        objects.append(results.curve_object("lines", lines, 2.0 * pixel, "lines"))
+        objects.append(result_objects.curve_object("lines", lines, 2.0 * pixel, "lines"))
     if "quads" in layers:
         objects += _quad_objects(decomposition, pixel)
     if "blocks" in layers:
-        blocks, points = decomposition.blocks, decomposition.quads.points
+        blocks, points = decomposition.layout, decomposition.quads.points
         chains = np.split(points[blocks.edge_vertex], blocks.edge_offset[1:-1])
-        objects.append(results.curve_object("blocks", chains, 1.8 * pixel, "edges"))
+        objects.append(result_objects.curve_object("blocks", chains, 1.8 * pixel, "edges"))
     if "singularities" in layers:
         objects += _markers(*_singular_points(decomposition, layers), 9 * pixel)
     return objects
@@ -111,7 +111,7 @@ def _surface_objects(surface, pixel):
     mesh = bpy.data.meshes.new("surface")
     mesh.from_pydata(surface.points.tolist(), [], surface.triangles.tolist())
     mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
-    rim = results.curve_object("rim", _rim(surface), 1.6 * pixel, "rim")
+    rim = result_objects.curve_object("rim", _rim(surface), 1.6 * pixel, "rim")
     return [_painted(mesh, _SURFACE), _painted(rim, palette.LINE)]
 
 
@@ -137,7 +137,7 @@ def contours(surface, values, count=24) -> list:
 
 
 def _quad_objects(decomposition, pixel):
-    quads = results.quad_object("quads", decomposition.quads, decomposition.blocks)
+    quads = result_objects.quad_object("quads", decomposition)
     wire = bpy.data.objects.new("wire", quads.data.copy())
     wire.data.materials.clear()
     wire.data.materials.append(_paint(_WIRE))

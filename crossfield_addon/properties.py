@@ -8,6 +8,8 @@ import bpy
 
 from ..core.settings import Settings
 from .marked_edges import MARKS, USUAL_MARKS
+from .results import ALL_PRODUCTS, PRODUCTS
+from .wall_properties import WallProperties
 
 _DEFAULTS = Settings()
 _OPTIONS = {"SKIP_SAVE"}
@@ -20,8 +22,8 @@ class SettingProperties:
         name="Size",
         description="What the size of the quads is chosen by",
         items=(
-            ("COUNT", "Number of quads", "About this many quads on the whole surface"),
-            ("LENGTH", "Edge length", "Quads with edges of about this length"),
+            ("COUNT", "Number of Quads", "About this many quads on the whole surface"),
+            ("LENGTH", "Edge Length", "Quads with edges of about this length"),
         ),
         default="COUNT",
         options=_OPTIONS,
@@ -35,7 +37,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     edge_length: bpy.props.FloatProperty(
-        name="Edge length",
+        name="Edge Length",
         description="Wanted length of a quad's edge, in the object's own space",
         default=0.1,
         min=0.0,
@@ -58,8 +60,8 @@ class SettingProperties:
         name="Lines",
         description="Where the lines traced from singularities and corners end",
         items=(
-            ("motorcycle", "Motorcycle graph", "Lines stop where they meet another line"),
-            ("full", "Full streamlines", "Lines cross one another and run on to the boundary"),
+            ("motorcycle", "Motorcycle Graph", "Lines stop where they meet another line"),
+            ("full", "Full Streamlines", "Lines cross one another and run on to the boundary"),
         ),
         default=_DEFAULTS.lines,
         options=_OPTIONS,
@@ -68,7 +70,7 @@ class SettingProperties:
         name="Blocks",
         description="How far blocks are merged",
         items=(
-            ("direct", "As traced", "All blocks that the traced lines ask for"),
+            ("direct", "As Traced", "All blocks that the traced lines ask for"),
             ("balanced", "Balanced", "Few blocks of good shape"),
             ("fewest", "Fewest", "Fewer blocks still; shapes count less"),
         ),
@@ -76,7 +78,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     t_junctions: bpy.props.BoolProperty(
-        name="T-junctions",
+        name="T-Junctions",
         description=(
             "The fewest blocks of all: a corner of one may lie inside a side of another. The quads"
             " are the same"
@@ -85,7 +87,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     kink_angle: bpy.props.FloatProperty(
-        name="Kink angle",
+        name="Kink Angle",
         description="Boundary vertices that turn by more stay vertices of the quad mesh",
         default=_DEFAULTS.kink_angle,
         min=radians(1.0),
@@ -94,13 +96,13 @@ class SettingProperties:
         options=_OPTIONS,
     )
     keep_creases: bpy.props.BoolProperty(
-        name="Keep creases",
+        name="Keep Creases",
         description="Sharp edges inside the surface stay edges of the quad mesh",
         default=_DEFAULTS.feature_angle is not None,
         options=_OPTIONS,
     )
     feature_angle: bpy.props.FloatProperty(
-        name="Crease angle",
+        name="Crease Angle",
         description="Angle between faces from which their edge is a crease",
         default=_DEFAULTS.feature_angle or radians(40.0),
         min=radians(1.0),
@@ -109,7 +111,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     feature_follow_angle: bpy.props.FloatProperty(
-        name="Follow down to",
+        name="Follow Down To",
         description="Angle between faces down to which a crease is followed from its ends",
         default=_DEFAULTS.feature_follow_angle,
         min=radians(1.0),
@@ -118,14 +120,14 @@ class SettingProperties:
         options=_OPTIONS,
     )
     marks: bpy.props.EnumProperty(
-        name="Marked edges",
+        name="Marked Edges",
         description="Edges with these marks stay edges of the quad mesh",
         items=MARKS,
         options=_OPTIONS | {"ENUM_FLAG"},
         default=set(USUAL_MARKS),
     )
     line_distance: bpy.props.FloatProperty(
-        name="Longest line",
+        name="Longest Line",
         description="Limit on a full streamline, in diameters of the surface",
         default=_DEFAULTS.line_distance,
         min=0.1,
@@ -133,7 +135,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     line_turn: bpy.props.FloatProperty(
-        name="Largest turn",
+        name="Largest Turn",
         description="Limit on the total turning of a full streamline",
         default=_DEFAULTS.line_turn,
         min=radians(90.0),
@@ -148,7 +150,7 @@ class SettingProperties:
         options=_OPTIONS,
     )
     weld_distance: bpy.props.FloatProperty(
-        name="Weld distance",
+        name="Weld Distance",
         description="Vertices no farther apart count as one, in the object's own space",
         default=_DEFAULTS.weld_distance,
         min=0.0,
@@ -156,8 +158,15 @@ class SettingProperties:
         unit="LENGTH",
         options=_OPTIONS,
     )
+    products: bpy.props.EnumProperty(
+        name="Show",
+        description="Results to show besides the block mesh",
+        items=PRODUCTS,
+        options=_OPTIONS | {"ENUM_FLAG"},
+        default=set(ALL_PRODUCTS),
+    )
     keep_lines: bpy.props.BoolProperty(
-        name="Keep the lines",
+        name="Keep Lines",
         description="Also show the traced lines as a curve object of their own",
         default=False,
         options=_OPTIONS,
@@ -183,5 +192,5 @@ class SettingProperties:
         )
 
 
-class CrossfieldSettings(SettingProperties, bpy.types.PropertyGroup):
+class CrossfieldSettings(SettingProperties, WallProperties, bpy.types.PropertyGroup):
     """``Scene.crossfield``: what the panel shows and the operators start from."""

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import bpy
 
-from . import command_line, operators, panel, properties
+from . import (
+    command_line,
+    operator_divisions,
+    operator_export,
+    operator_quality,
+    operators,
+    panel,
+    properties,
+)
 
 _CLASSES = (
     properties.CrossfieldSettings,
@@ -12,8 +20,18 @@ _CLASSES = (
     operators.CROSSFIELD_OT_cross_field,
     operators.CROSSFIELD_OT_trace,
     operators.CROSSFIELD_OT_clear,
+    operator_divisions.CROSSFIELD_OT_lock_divisions,
+    operator_divisions.CROSSFIELD_OT_unlock_divisions,
+    operator_divisions.CROSSFIELD_OT_regrid,
+    operator_divisions.CROSSFIELD_OT_edit_block_edges,
+    operator_quality.CROSSFIELD_OT_show_quality,
+    operator_quality.CROSSFIELD_OT_quality_table,
+    *operator_export.EXPORTS,
     panel.CROSSFIELD_PT_main,
     panel.CROSSFIELD_PT_details,
+    panel.CROSSFIELD_PT_divisions,
+    panel.CROSSFIELD_PT_quality,
+    panel.CROSSFIELD_PT_export,
 )
 _commands = []
 
@@ -23,6 +41,7 @@ def register():
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.crossfield = bpy.props.PointerProperty(type=properties.CrossfieldSettings)
+    bpy.types.TOPBAR_MT_file_export.append(operator_export.draw_menu)
     if hasattr(bpy.utils, "register_cli_command"):
         _commands.append(bpy.utils.register_cli_command("crossfield", command_line.main))
 
@@ -31,6 +50,7 @@ def unregister():
     """The reverse of `register`; settings stored in the open file stay in the file."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    bpy.types.TOPBAR_MT_file_export.remove(operator_export.draw_menu)
     del bpy.types.Scene.crossfield
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -10,38 +10,91 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from . import attributes, markers, palette
-from .attributes import AttributeKind, write_attribute
+from ..core.block_quality import block_quality
+from . import attributes, kept_blocks, markers, palette, quality_colours
+from .result_objects import (
+    ROLE,
+    block_object,
+    boundary_object,
+    curve_object,
+    display_size,
+    quad_object,
+    singularity_empties,
+    write_divisions,
+)
+from .wanted_divisions import WantedDivisions
 
+# Identifier, label and description of each product that can be left out.
+PRODUCTS = (
+    ("QUADS", "Quads", "The quad mesh"),
+    ("BOUNDARIES", "Boundaries", "The curves between the blocks"),
+    ("SINGULARITIES", "Singularities", "An empty at each singularity"),
+)
+ALL_PRODUCTS = frozenset(product[0] for product in PRODUCTS)
+_NOTHING_WANTED = WantedDivisions()
+# Objects of these roles stay in a collection when results are replaced, and get new data.
+_LASTING = "quads", "edges", "blocks", "lines"
 _SOURCE = "crossfield_source"
 _SENTENCE = "crossfield_sentence"
 _NOTES = "crossfield_notes"
-_ROLE = "crossfield_role"
-_BLOCK = AttributeKind("INT", "FACE", "value", np.int32, "int")
-_QUALITY = AttributeKind("FLOAT", "FACE", "value", np.float32, "float")
+_QUALITY = "crossfield_summary"
+# Blocks whose quality the panel names: the worst ones.
+_NAMED_BLOCKS = 5
 
 
-def write_results(scene, source, arrays, decomposition, keep_lines=False) -> list[str]:
+def write_results(
+    scene, source, arrays, decomposition, keep_lines=False, products=ALL_PRODUCTS, computed=None,
+    wanted=_NOTHING_WANTED,
+) -> list[str]:
     """Replace the results of an object by those of a decomposition.
 
-    arrays are the MeshArrays that were decomposed. Returns the notes for the user: warnings of
-    the core, and a sentence when the attributes could not be written.
+    arrays    the MeshArrays that were decomposed
+    computed  the decomposition before it was divided as wanted, None where nothing was wanted
+
+    Returns the notes for the user: warnings of the core, and a sentence when the attributes could
+    not be written. Objects that were there before stay and get new contents.
     """
     notes = list(decomposition.warnings)
     obstacle = _obstacle(source, arrays)
     if obstacle:
         notes.append(obstacle)
     else:
-        values = attributes.attribute_values(decomposition, len(arrays.points))
+        values = attributes.attribute_values(computed or decomposition, len(arrays.points))
         attributes.write_attributes(source, values)
-    collection = _empty_collection(scene, source)
-    for result in _result_objects(source, decomposition, keep_lines):
-        result.parent = source
-        result.show_in_front = True
-        collection.objects.link(result)
+    collection = _collection(scene, source)
+    _remove_objects(o for o in collection.objects if o.get(ROLE) == "singularity")
+    fresh = _result_objects(source, decomposition, keep_lines, products, wanted)
+    for result in fresh:
+        if result[ROLE] == "blocks":
+            kept_blocks.keep(result.data, computed or decomposition, wanted)
+    shown = _put_in_place(collection, source, fresh)
+    for result in shown:
+        if result[ROLE] == "blocks":
+            _hide(result)
+    _tell(collection, decomposition, notes)
+    return notes
+
+
+def update_divisions(collection, source, decomposition, wanted: WantedDivisions) -> None:
+    """Show the blocks of a result as they are divided anew; the block mesh keeps its place."""
+    blocks = find_object(collection, "blocks")
+    name = source.name if source is not None else collection.name
+    write_divisions(blocks.data, decomposition.quads, decomposition.blocks, wanted.locks)
+    kept_blocks.keep_wanted(blocks.data, wanted)
+    fresh = [quad_object(f"{name} quads", decomposition)]
+    if find_object(collection, "edges") is not None:
+        fresh.append(_boundaries(name, decomposition, wanted))
+    _put_in_place(collection, source, fresh, keep_others=True)
+    _tell(collection, decomposition, decomposition.warnings)
+
+
+def _tell(collection, decomposition, notes):
     collection[_SENTENCE] = decomposition.sentence()
     collection[_NOTES] = "\n".join(notes)
-    return notes
+    collection[_QUALITY] = "\n".join(_quality_lines(decomposition))
+    quads = find_object(collection, "quads")
+    if quads is not None:
+        quality_colours.paint(quads.data, quality_colours.shown_measure(collection))
 
 
 def _obstacle(source, arrays) -> str:
@@ -63,9 +116,10 @@ def remove_results(source) -> bool:
     collection = find_collection(source)
     if collection is None:
         return removed
-    _remove_objects(collection)
-    for key in (_SOURCE, _SENTENCE, _NOTES):
-        collection.pop(key, None)
+    _remove_objects(o for o in collection.objects if o.get(ROLE) == "singularity")
+    _remove_objects(_lasting_objects(collection).values())
+    for key in [key for key in collection.keys() if key.startswith("crossfield_")]:
+        del collection[key]
     if not collection.objects and not collection.children:
         bpy.data.collections.remove(collection)
     markers.remove_unused()
@@ -73,127 +127,152 @@ def remove_results(source) -> bool:
     return True
 
 
-def find_collection(source):
-    """The collection with the results of an object, or None."""
+def find_collection(shown):
+    """The collection with the results of an object, or with that object as one of them, or None."""
     for collection in bpy.data.collections:
-        if collection.get(_SOURCE) == source:
+        if _SOURCE in collection and collection[_SOURCE] == shown:
             return collection
+    if shown is not None and ROLE in shown:
+        for collection in shown.users_collection:
+            if _SOURCE in collection:
+                return collection
     return None
 
 
-def result_text(source) -> tuple[str, list[str]]:
+def source_of(collection):
+    """The object that was decomposed, or None when it was deleted."""
+    return collection[_SOURCE]
+
+
+def find_object(collection, role):
+    """The object of a result that is the "quads", "edges" (boundaries) or "blocks", or None."""
+    for shown in collection.objects:
+        if shown.get(ROLE) == role:
+            return shown
+    return None
+
+
+def _lasting_objects(collection) -> dict:
+    """Role -> object; copies that the user has made of them are not among them."""
+    found = {role: find_object(collection, role) for role in _LASTING}
+    return {role: shown for role, shown in found.items() if shown is not None}
+
+
+def result_text(shown) -> tuple[str, list[str]]:
     """The sentence on the results of an object and the notes, ("", []) without results."""
-    collection = find_collection(source)
+    collection = find_collection(shown)
     if collection is None:
         return "", []
     return collection.get(_SENTENCE, ""), collection.get(_NOTES, "").splitlines()
 
 
-def _empty_collection(scene, source):
-    """The object's collection of results, linked to the scene, without earlier results."""
+def quality_text(collection) -> list[str]:
+    """Lines on the grid quality of a result: worst and mean of all quads, and the worst blocks."""
+    return [] if collection is None else collection.get(_QUALITY, "").splitlines()
+
+
+def _quality_lines(decomposition):
+    layout, quads = decomposition.layout, decomposition.quads
+    if layout is None:
+        return []
+    quality = block_quality(quads.points, quads.quads, layout, quads.scaled_jacobian)
+    lines = []
+    for name, value, worst in (
+        ("Scaled Jacobian", quality.scaled_jacobian, np.min),
+        ("Skewness", quality.skewness, np.max),
+        ("Aspect ratio", quality.aspect_ratio, np.max),
+    ):
+        lines.append(f"{name}: worst {worst(value):.3g}, mean {value.mean():.3g}")
+    lines.append("Worst blocks:")
+    for block in np.argsort(quality.min_scaled_jacobian, kind="stable")[:_NAMED_BLOCKS].tolist():
+        m, n = layout.shape[block].tolist()
+        lines.append(
+            f"{block}: {m} x {n}, {quality.min_scaled_jacobian[block]:.3f},"
+            f" mean {quality.mean_scaled_jacobian[block]:.3f}"
+        )
+    return lines
+
+
+def _collection(scene, source):
+    """The object's collection of results, linked to the scene."""
     collection = find_collection(source)
-    if collection is None:
+    if collection is None or source_of(collection) != source:
         collection = bpy.data.collections.new(f"Crossfield {source.name}")
         collection[_SOURCE] = source
-    _remove_objects(collection)
     if collection not in scene.collection.children_recursive:
         scene.collection.children.link(collection)
     return collection
 
 
-def _remove_objects(collection):
-    """Remove the result objects and their data; anything else the user put there stays."""
-    for result in [o for o in collection.objects if _ROLE in o]:
+def _put_in_place(collection, source, fresh, keep_others=False):
+    """Show fresh objects; one that is there already gets the data of the fresh one instead.
+
+    Results that nothing replaces are removed, unless they are to be kept. Returns the objects that
+    are new to the collection.
+    """
+    old = _lasting_objects(collection)
+    replaced = {o[ROLE] for o in fresh} & old.keys()
+    if not keep_others:
+        _remove_objects(o for role, o in old.items() if role not in replaced)
+    new = []
+    for result in fresh:
+        if result[ROLE] in replaced:
+            _take_over(old[result[ROLE]], result)
+            continue
+        result.parent = source
+        result.show_in_front = True
+        collection.objects.link(result)
+        new.append(result)
+    return new
+
+
+def _take_over(shown, fresh):
+    """Give an object the data of a fresh one, which vanishes."""
+    before, name = shown.data, shown.data.name
+    shown.data = fresh.data
+    bpy.data.objects.remove(fresh)
+    _remove_data(before)
+    shown.data.name = name
+
+
+def _remove_objects(shown):
+    """Remove objects and their data; anything else the user put into a collection stays."""
+    for result in list(shown):
         data = result.data
         bpy.data.objects.remove(result)
-        if data is not None and not data.users:
-            pool = bpy.data.meshes if isinstance(data, bpy.types.Mesh) else bpy.data.curves
-            pool.remove(data)
+        _remove_data(data)
 
 
-def _result_objects(source, decomposition, keep_lines):
+def _remove_data(data):
+    if data is not None and not data.users:
+        pool = bpy.data.meshes if isinstance(data, bpy.types.Mesh) else bpy.data.curves
+        pool.remove(data)
+
+
+def _hide(shown):
+    """Hide an object in the view layer of the context, as its eye in the outliner does."""
+    if shown.name in bpy.context.view_layer.objects:
+        shown.hide_set(True)
+
+
+def _result_objects(source, decomposition, keep_lines, products, wanted):
     """New, unlinked objects for all that was computed."""
-    size = display_size(decomposition)
-    results = singularity_empties(source.name, *decomposition.singular_points(), 3 * size)
-    complex_, blocks, quads = decomposition.complex, decomposition.blocks, decomposition.quads
+    size, results = display_size(decomposition), []
+    if "SINGULARITIES" in products:
+        results = singularity_empties(source.name, *decomposition.singular_points(), 3 * size)
+    complex_, blocks = decomposition.complex, decomposition.blocks
     if complex_ is not None and (keep_lines or blocks is None):
         lines = np.split(complex_.arc_point, complex_.arc_offset[1:-1])
         results.append(curve_object(f"{source.name} lines", lines, 0.4 * size, "lines"))
     if blocks is not None:
-        chains = np.split(quads.points[blocks.edge_vertex], blocks.edge_offset[1:-1])
-        results.append(curve_object(f"{source.name} block boundaries", chains, 0.4 * size, "edges"))
-        results.append(quad_object(f"{source.name} quads", quads, blocks))
+        if "BOUNDARIES" in products:
+            results.append(_boundaries(source.name, decomposition, wanted))
+        results.append(block_object(f"{source.name} blocks", decomposition, wanted.locks))
+        if "QUADS" in products:
+            results.append(quad_object(f"{source.name} quads", decomposition))
     return results
 
 
-def display_size(decomposition) -> float:
-    """Unit of drawn things: a quarter of a usual quad edge, at most 1/300 of the diagonal."""
-    largest = float(np.linalg.norm(np.ptp(decomposition.surface.points, axis=0))) / 300
-    if decomposition.quads is None:
-        return largest
-    edge = decomposition.quads.points[decomposition.quads.quads[:, :2]]
-    return min(largest, 0.25 * float(np.median(np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1))))
-
-
-def singularity_empties(name, positions, valences, size) -> list:
-    """An empty for each singularity, carrying k and valence; red for k < 0, blue for k > 0."""
-    empties = []
-    for position, valence in zip(positions, valences.tolist(), strict=True):
-        k = valence - 4
-        empty = bpy.data.objects.new(f"{name} singularity k={k:+d}", None)
-        empty.location = position
-        empty.scale = size, size, size
-        empty.empty_display_type = "SPHERE"
-        empty.instance_type = "COLLECTION"
-        empty.instance_collection = markers.ball_collection(-1 if k < 0 else 1)
-        empty.color = palette.NEGATIVE if k < 0 else palette.POSITIVE
-        empty["k"] = k
-        empty["valence"] = valence
-        empty[_ROLE] = "singularity"
-        empties.append(empty)
-    return empties
-
-
-def curve_object(name, chains, radius, role):
-    """One POLY curve object; chains is a list of (n, 3) arrays of points."""
-    curve = bpy.data.curves.new(name, "CURVE")
-    curve.dimensions = "3D"
-    curve.bevel_depth = radius
-    curve.bevel_resolution = 0
-    for chain in chains:
-        spline = curve.splines.new("POLY")
-        spline.points.add(len(chain) - 1)
-        spline.points.foreach_set(
-            "co", np.column_stack([chain, np.ones(len(chain))]).astype(np.float32).ravel()
-        )
-    curve.materials.append(palette.line_material())
-    result = bpy.data.objects.new(name, curve)
-    result.color = palette.LINE
-    result[_ROLE] = role
-    return result
-
-
-def quad_object(name, quads, blocks):
-    """The quad mesh with the face attributes block (INT) and scaled_jacobian (FLOAT).
-
-    Its materials are a small palette in which neighbouring blocks differ.
-    """
-    mesh = bpy.data.meshes.new(name)
-    mesh.vertices.add(len(quads.points))
-    mesh.vertices.foreach_set("co", quads.points.astype(np.float32).ravel())
-    mesh.loops.add(quads.quads.size)
-    mesh.loops.foreach_set("vertex_index", quads.quads.astype(np.int32).ravel())
-    mesh.polygons.add(len(quads.quads))
-    start = np.arange(0, quads.quads.size, 4, dtype=np.int32)
-    mesh.polygons.foreach_set("loop_start", start)
-    for material in palette.block_materials():
-        mesh.materials.append(material)
-    shade = palette.block_shades(blocks)[blocks.quad_block]
-    mesh.polygons.foreach_set("material_index", shade.astype(np.int32))
-    mesh.update(calc_edges=True)
-    write_attribute(mesh, "block", _BLOCK, blocks.quad_block)
-    write_attribute(mesh, "scaled_jacobian", _QUALITY, quads.scaled_jacobian)
-    result = bpy.data.objects.new(name, mesh)
-    result.show_wire = True
-    result[_ROLE] = "quads"
-    return result
+def _boundaries(name, decomposition, wanted):
+    radius = 0.4 * display_size(decomposition)
+    return boundary_object(f"{name} block boundaries", decomposition, radius, wanted.locks)

@@ -12,7 +12,7 @@ from ..core.block_mesh_dict import block_mesh_dict
 from ..core.block_quality import block_quality
 from ..core.boundary_patches import Patches, loop_patches, material_patches
 from ..core.errors import SettingsError
-from ..core.extrusion import extrude
+from ..core.extrusion import extrude, extrusion_height
 from ..core.plot3d import neutral_map, plot3d_grid
 from ..core.projection import plane_normal
 from ..core.vtk_blocks import vtk_files
@@ -32,6 +32,11 @@ def boundary_patches(decomposition, names=(), material=None) -> Patches:
     return material_patches(
         blocks, loops, placement.face, decomposition.face_origin, material, names
     )
+
+
+def quad_width(decomposition) -> float:
+    """The mean edge length of the quads: the depth of cells as deep as they are wide."""
+    return extrusion_height(decomposition.quads.points, decomposition.quads.quads)
 
 
 def plot3d(decomposition, form="ascii", height=None) -> bytes:

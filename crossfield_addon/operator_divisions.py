@@ -1,0 +1,186 @@
+"""Operators on the divisions of blocks: lock and unlock the counts of block edges, divide anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..core.chords import find_chords
+from ..core.errors import InputError
+from . import results, shown_result
+from .block_edge_selection import select_edges, selected_edges
+from .operators import draw_size, fill_in
+from .properties import SettingProperties
+from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
+from .wall_properties import WallProperties, draw_walls
+
+_EDGE = "Number of the block edge; -1 takes those that are selected on the block mesh"
+
+
+class _DivisionOperator(ReportingOperator):
+    """Divides the blocks of the active result anew; a subclass says how, with `wish`."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return poll_blocks(cls, context)
+
+    def run(self, context):
+        collection = result_of(context)
+        with results_in_object_mode(collection.objects):
+            computed, before, _ = shown_result.divided(collection)
+            edges = selected_edges(context.object, results.find_object(collection, "blocks"))
+            wanted = self.wish(context, collection, computed, before, edges)
+            divided = wanted.divide(computed)
+            source = results.source_of(collection)
+            results.update_divisions(collection, source, divided, wanted)
+            select_edges(context.object, edges)
+        for note in divided.warnings:
+            self.report({"WARNING"}, note)
+        self.report({"INFO"}, self.outcome(divided, wanted))
+        return {"FINISHED"}
+
+
+class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
+    """Fix the number of quads along the selected block edges.
+
+    All edges that face them across blocks follow, and the quads are made anew; the blocks stay
+    """
+
+    bl_idname = "crossfield.lock_divisions"
+    bl_label = "Lock Divisions"
+
+    divisions: bpy.props.IntProperty(
+        name="Divisions",
+        description="Number of quads along each of the block edges",
+        default=10,
+        min=1,
+        soft_max=1000,
+    )
+    edge: bpy.props.IntProperty(name="Edge", description=_EDGE, default=-1, min=-1)
+
+    def invoke(self, context, event):
+        if not self.properties.is_property_set("divisions"):
+            self.divisions = _present_count(context) or self.divisions
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.prop(self, "divisions")
+
+    def wish(self, context, collection, computed, before, edges):
+        edges = [self.edge] if self.edge >= 0 else edges
+        if not len(edges):
+            raise InputError(
+                "No block edge is selected; select edges of the block mesh in edit mode."
+            )
+        locks = dict(before.locks) | {int(edge): self.divisions for edge in edges}
+        return replace(before, locks=tuple(sorted(locks.items())))
+
+    def outcome(self, divided, wanted):
+        chord = find_chords(divided.blocks).edge_chord
+        locked = [edge for edge, _ in wanted.locks]
+        follow = np.isin(chord, chord[locked]).sum() - len(locked)
+        return f"{len(locked)} block edges locked, {follow} follow; {len(divided.quads.quads):,} quads"
+
+
+class CROSSFIELD_OT_unlock_divisions(_DivisionOperator, bpy.types.Operator):
+    """Free the selected block edges, and all that face them across blocks, of locked divisions"""
+
+    bl_idname = "crossfield.unlock_divisions"
+    bl_label = "Unlock Divisions"
+
+    edge: bpy.props.IntProperty(name="Edge", description=_EDGE, default=-1, min=-1)
+    every: bpy.props.BoolProperty(
+        name="All Edges", description="Free all block edges, selected or not", default=False
+    )
+
+    def wish(self, context, collection, computed, before, edges):
+        if self.every:
+            return replace(before, locks=())
+        edges = [self.edge] if self.edge >= 0 else edges
+        chord = find_chords(computed.blocks).edge_chord
+        known = [edge for edge in edges if edge < len(chord)]
+        free = set(chord[known].tolist())
+        kept = tuple((edge, count) for edge, count in before.locks if chord[edge] not in free)
+        if kept == before.locks:
+            raise InputError("None of the selected block edges is locked; select locked ones.")
+        return replace(before, locks=kept)
+
+    def outcome(self, divided, wanted):
+        return f"{len(wanted.locks)} block edges are locked; {len(divided.quads.quads):,} quads"
+
+
+class CROSSFIELD_OT_regrid(_DivisionOperator, SettingProperties, WallProperties, bpy.types.Operator):
+    """Fill the same blocks with another number of quads or another wall spacing; locks stay"""
+
+    bl_idname = "crossfield.regrid"
+    bl_label = "Regrid Blocks"
+
+    def wish(self, context, collection, computed, before, edges):
+        fill_in(self, context.scene.crossfield)
+        materials = shown_result.materials(context, collection, len(computed.polygon_index))
+        by_count = self.size == "COUNT"
+        return replace(
+            before,
+            grading=self.grading(computed, *materials),
+            quad_count=self.quad_count if by_count else None,
+            edge_length=None if by_count else self.edge_length,
+        )
+
+    def draw(self, context):
+        draw_size(self.layout, self, blocks=False)
+        draw_walls(self.layout, self, context.object)
+
+    def outcome(self, divided, wanted):
+        return divided.sentence()
+
+
+class CROSSFIELD_OT_edit_block_edges(ReportingOperator, bpy.types.Operator):
+    """Show the block mesh and edit it, to select block edges whose divisions are to be locked.
+
+    Locked edges are marked as seams, edges that follow them as sharp
+    """
+
+    bl_idname = "crossfield.edit_block_edges"
+    bl_label = "Edit Block Edges"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return poll_blocks(cls, context)
+
+    def run(self, context):
+        blocks = results.find_object(result_of(context), "blocks")
+        if blocks.name not in context.view_layer.objects:
+            raise InputError(
+                f"{blocks.name!r} is not in this view layer; enable its collection there."
+            )
+        if context.object.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        for other in context.selected_objects:
+            other.select_set(False)
+        blocks.hide_viewport = False
+        blocks.hide_set(False)
+        blocks.select_set(True)
+        context.view_layer.objects.active = blocks
+        bpy.ops.object.mode_set(mode="EDIT")
+        context.tool_settings.mesh_select_mode = False, True, False
+        return {"FINISHED"}
+
+
+def _present_count(context):
+    """Divisions of the first selected block edge, or 0."""
+    collection = results.find_collection(context.object)
+    with results_in_object_mode(collection.objects):
+        blocks = results.find_object(collection, "blocks")
+        edges = selected_edges(context.object, blocks)
+        if not len(edges):
+            return 0
+        mesh = blocks.data
+        number = results.read_numbers(mesh, "EDGE", "block_edge")
+        count = results.read_numbers(mesh, "EDGE", "divisions")
+    return int(count[number == edges[0]][0])
