@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .bending import bend_tensors, in_tangent_planes
 from .constraints import Constraints
 from .surface import TriangleSurface
 
@@ -55,32 +56,10 @@ def principal_directions(surface: TriangleSurface):
     difference  |k1 - k2|, principal curvatures per length
     total       |k1| + |k2|
     """
-    tensor = _averaged(surface, _edge_tensors(surface))
-    first, second = _tangents(surface)
-    xx, xy, yy = (
-        np.einsum("vi,vij,vj->v", a, tensor, b)
-        for a, b in ((first, first), (first, second), (second, second))
-    )
+    xx, xy, yy = in_tangent_planes(surface, _averaged(surface, bend_tensors(surface)))
     mean, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
     angle = 0.5 * np.arctan2(xy, 0.5 * (xx - yy))
     return angle, 2 * half, np.abs(mean + half) + np.abs(mean - half)
-
-
-def _edge_tensors(surface):
-    """(V, 3, 3) float64, sum of bend * length * direction squared over the edges of each vertex."""
-    edge = surface.edges[surface.twin[surface.edges] >= 0]
-    here, there = surface.face_normal[edge // 3], surface.face_normal[surface.twin[edge] // 3]
-    vector = surface.points[surface.head[edge]] - surface.points[surface.tail[edge]]
-    length = np.maximum(np.linalg.norm(vector, axis=1), 1e-300)
-    along = vector / length[:, None]
-    bend = np.arctan2((np.cross(here, there) * along).sum(1), (here * there).sum(1))
-    value = (bend * length)[:, None, None] * along[:, :, None] * along[:, None, :]
-    total = np.zeros((surface.vertex_count, 3, 3))
-    for end in (surface.tail[edge], surface.head[edge]):
-        for i in range(3):
-            for j in range(3):
-                total[:, i, j] += 0.5 * np.bincount(end, value[:, i, j], surface.vertex_count)
-    return total
 
 
 def _averaged(surface, tensor):
@@ -98,13 +77,3 @@ def _averaged(surface, tensor):
         ]
         values = 0.5 * (values + np.stack(spread, axis=1))
     return (values[:, :9] / np.maximum(values[:, 9:], 1e-300)).reshape(-1, 3, 3)
-
-
-def _tangents(surface):
-    """Unit vectors (V, 3) along the first halfedge of every vertex, and a quarter turn from it."""
-    first = surface.fan[surface.fan_offset[:-1]]
-    normal = surface.vertex_normal
-    along = surface.points[surface.head[first]] - surface.points
-    along -= (along * normal).sum(1, keepdims=True) * normal
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
-    return along, np.cross(normal, along)

@@ -44,12 +44,13 @@ def plane_normal(surface: TriangleSurface, tolerance=1e-9) -> np.ndarray | None:
     return normal if np.ptp(height) <= tolerance * surface.diameter else None
 
 
-def walk(surface: TriangleSurface, point, face, displacement):
+def walk(surface: TriangleSurface, point, face, displacement, wall=False):
     """Move points straight over the triangles, unfolding across edges, stopping at the boundary.
 
     point         (n, 3) float64, each in its triangle
     face          (n,) int64
     displacement  (n, 3) float64, object-space lengths; turned into the plane of the triangle
+    wall          (3F,) bool, halfedges at which a walk ends as it does at the boundary
 
     Returns (point (n, 3), face (n,)) of the ends.
     """
@@ -59,10 +60,11 @@ def walk(surface: TriangleSurface, point, face, displacement):
     rest = _turn_into_face(surface, face, np.asarray(displacement, np.float64))
     entered = np.full(len(face), -1)
     moving = np.flatnonzero((rest**2).sum(1) > 0)
+    twin = np.where(wall, -1, surface.twin)
     for _ in range(_WALK_LIMIT):
         if not len(moving):
             break
-        moving = _cross_one_edge(surface, face, weight, rest, entered, moving)
+        moving = _cross_one_edge(surface, twin, face, weight, rest, entered, moving)
     corners = surface.points[surface.triangles[face]]
     return (corners * weight[:, :, None]).sum(1), face
 
@@ -76,9 +78,10 @@ def _turn_into_face(surface, face, vector):
     return flat * (wanted / np.maximum(length, 1e-300))
 
 
-def _cross_one_edge(surface, face, weight, rest, entered, moving):
+def _cross_one_edge(surface, across, face, weight, rest, entered, moving):
     """Advance the moving points to the end of the walk or into the next triangle, in place.
 
+    across is the twin of each halfedge, -1 where walks end.
     entered holds the corner opposite the edge that a point came in by (-1 at the start): the walk
     cannot leave by it. Returns those that still move.
     """
@@ -97,7 +100,7 @@ def _cross_one_edge(surface, face, weight, rest, entered, moving):
     w[row[leaves], corner[leaves]] = 0.0
     weight[moving] = w / w.sum(1, keepdims=True)
     halfedge = 3 * f + (corner + 1) % 3
-    twin = surface.twin[halfedge]
+    twin = across[halfedge]
     over = leaves & (twin >= 0)
     moving, halfedge, twin, corner = moving[over], halfedge[over], twin[over], corner[over]
     rest[moving] = _unfold(surface, d[over] * (1 - fraction[over, None]), halfedge, twin)

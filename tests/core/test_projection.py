@@ -57,6 +57,16 @@ def test_walk_stops_at_the_boundary():
     assert_in_face(surface, end, end_face)
 
 
+def test_walk_stops_at_walls():
+    surface = patch(flat, 10)
+    line = np.isclose(surface.points[:, 0], 0.5)
+    wall = line[surface.tail] & line[surface.head]
+    point, face = places(surface, 200)
+    end, _ = walk(surface, point, face, np.tile([5.0, 0, 0], (200, 1)), wall)
+    left = surface.points[surface.triangles[face], 0].mean(1) < 0.5
+    assert np.abs(end[:, 0] - np.where(left, 0.5, 1.0)).max() < 1e-12
+
+
 def test_walk_round_a_cylinder_keeps_height_and_length():
     def cylinder(parameter):
         angle = np.pi * parameter[:, 0]
