@@ -103,8 +103,20 @@ def panels_of(result, steps, pixels=760):
     return panels
 
 
+def joined_panels(name):
+    """Conforming blocks and those with T-junctions, as traced and by default."""
+    panels = []
+    for coarseness in ("direct", "balanced"):
+        for joined in (False, True):
+            result = decomposed(
+                name, quad_count=COUNTS[name], coarseness=coarseness, t_junctions=joined
+            )
+            panels += panels_of(result, ["blocks"], pixels=440)
+    return panels
+
+
 def main():
-    """Decompose each example and write its pictures: the steps, and the choices of coarseness."""
+    """Write the pictures of each example: the steps, the choices of coarseness, T-junctions."""
     PICTURES.mkdir(exist_ok=True)
     for name, count in COUNTS.items():
         result = decomposed(name, quad_count=count)
@@ -115,6 +127,7 @@ def main():
             result = decomposed(name, quad_count=COUNTS[name], coarseness=coarseness)
             panels += panels_of(result, ["blocks"], pixels=620)
         save(PICTURES / f"{name}-coarseness.png", tiled(panels, columns=3))
+    save(PICTURES / "plate-t-junctions.png", tiled(joined_panels("plate")))
 
 
 if __name__ == "__main__":
