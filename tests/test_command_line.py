@@ -17,7 +17,7 @@ import crossfield
 ROOT = Path(crossfield.ROOT)
 FLAGS = "--output --quads --report --picture --edge-length --quad-count --relaxation --lines"
 FLAGS += (
-    " --coarseness --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
+    " --coarseness --t-junctions --kink-angle --feature-angle --feature-follow-angle --weld-distance --no-repair"
 )
 FLAGS += " --line-distance --line-turn --stop-after --keep-lines --object --marks"
 needs_blender = pytest.mark.skipif(

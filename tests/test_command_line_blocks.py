@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from core.mesh_files import read_mesh
-from tests.test_command_line import contents, plate, refused, run  # noqa: F401
+from tests.core import surfaces
+from tests.test_command_line import contents, plate, refused, run, write_obj  # noqa: F401
 
 FLAGS = "--plot3d --plot3d-binary --plot3d-unformatted --blockmesh --vtk --block-mesh --extrude"
 FLAGS += " --quality-table --lock --first-height --growth --wall"
@@ -104,6 +105,8 @@ def test_grading(plate, tmp_path, capsys):  # noqa: F811
         (["--extrude", "0"], ["height"]),
         (["--vtk", "g.vtm", "--stop-after", "lines"], ["--vtk", "blocks"]),
         (["--lock", "0=3", "--stop-after", "field"], ["--lock", "blocks"]),
+        (["--blockmesh", "d", "--t-junctions"], ["--blockmesh", "conform", "--t-junctions"]),
+        (["--block-mesh", "b.obj", "--t-junctions"], ["--block-mesh", "conform"]),
         (["--vtk", "mine.vtm"], ["mine_vtm", "directory"]),
     ],
 )
@@ -116,6 +119,24 @@ def test_wrong_usage(plate, tmp_path, monkeypatch, capsys, arguments, words):  #
     refused(capsys, 2, *words)
     assert contents(tmp_path) == before
     assert contents(tmp_path / "mine_vtm") == {"notes.txt": b"my own"}
+
+
+def test_t_junctions(tmp_path):
+    surface = surfaces.lshape(8)
+    path = write_obj(tmp_path / "lshape.obj", surface.points, surface.triangles)
+    report, quads, grid = tmp_path / "r.json", tmp_path / "q.obj", tmp_path / "g.xyz"
+    outputs = ["--report", report, "--quads", quads, "--plot3d", grid, "--vtk", tmp_path / "g.vtm"]
+    for divisions in ([], ["--lock", "0=7"]):
+        assert run(path, "--t-junctions", "--quad-count", 200, "--quality-table", *outputs,
+                   *divisions) == 0
+        blocks = json.loads(report.read_text())["blocks"]
+        assert (blocks["count"], blocks["conforming_count"]) == (2, 3)
+        assert blocks["conforming"] is False and len(blocks["interfaces"]) == 8
+        assert [row["divisions"] for row in blocks["table"]] == blocks["divisions"]
+        assert quads.read_text().count("\ng block_") == 2
+        assert grid.read_text().split()[0] == "2"
+        assert (tmp_path / "g.nmf").read_text().count("ONE_TO_ONE") == 1
+        assert len([f for f in contents(tmp_path / "g_vtm") if f.startswith("block_")]) == 2
 
 
 def test_materials_become_patches(tmp_path, plate):  # noqa: F811
