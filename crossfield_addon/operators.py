@@ -126,7 +126,7 @@ def _same_blocks(first, second) -> bool:
     if not np.array_equal(first.blocks.block_edge, second.blocks.block_edge):
         return False
     corners = [d.quads.points[d.blocks.corner] for d in (first, second)]
-    return bool(np.abs(corners[0] - corners[1]).max() < 0.05 * first.whole.diagonal)
+    return bool(np.abs(corners[0] - corners[1]).max() < 0.05 * first.whole.diameter)
 
 
 def draw_size(layout, settings, blocks=True):

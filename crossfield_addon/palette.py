@@ -63,7 +63,7 @@ def ramp(value) -> np.ndarray:
     value = np.clip(np.asarray(value, np.float64), 0, 1)
     lightness = 0.25 + 0.70 * value
     hue = np.radians(300 - 195 * value)
-    chroma = 0.13 + 0.03 * np.sin(np.pi * value)
+    chroma = 0.095 + 0.035 * (2 * value - 1) ** 2  # as much as sRGB can show on the way
     a, b = chroma * np.cos(hue), chroma * np.sin(hue)
     long = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3
     medium = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3

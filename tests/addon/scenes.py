@@ -89,3 +89,50 @@ def snapshot():
     names = {pool: sorted(item.name for item in getattr(bpy.data, pool)) for pool in pools}
     attributes = {mesh.name: sorted(mesh.attributes.keys()) for mesh in bpy.data.meshes}
     return names, attributes
+
+
+def add_ring(name="Ring", around=48, rings=8, inner=0.5):
+    """A flat ring of quads between two circles."""
+    angle = 2 * np.pi * np.arange(around) / around
+    radius = np.linspace(inner, 1, rings + 1)[:, None]
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * radius * angle], -1)
+    number = np.arange(around * (rings + 1)).reshape(-1, around)
+    following = np.roll(number, -1, axis=1)
+    corners = number[:-1], number[1:], following[1:], following[:-1]
+    return add_mesh(name, points.reshape(-1, 3), np.stack(corners, axis=-1).reshape(-1, 4))
+
+
+def activate(shown):
+    """Make an object the only selected and the active one."""
+    for other in bpy.context.view_layer.objects:
+        other.select_set(False)
+    bpy.context.view_layer.objects.active = shown
+    shown.select_set(True)
+
+
+def edge_values(blocks):
+    """Name -> (E,) array, the edge attributes of a block mesh, not in edit mode."""
+    names = "block_edge", "chord", "divisions", "lock", "lock_state"
+    return {name: values_of(blocks.data, name) for name in names}
+
+
+def select_block_edges(blocks, numbers):
+    """Select edges of a block mesh in edit mode by the numbers of their block edges."""
+    import bmesh
+
+    edited = bmesh.from_edit_mesh(blocks.data)
+    layer = edited.edges.layers.int["block_edge"]
+    for edge in edited.edges:
+        edge.select_set(edge[layer] in numbers)
+    bmesh.update_edit_mesh(blocks.data)
+
+
+def refused(action, *words):
+    """Is it refused with an error report of one line that holds these words?"""
+    try:
+        action()
+    except RuntimeError as error:
+        text = str(error)
+        assert all(word in text for word in words), text
+        return "Traceback" not in text and len(text.strip().splitlines()) == 1
+    return False
