@@ -14,6 +14,7 @@ from .block_edge_selection import select_edges, selected_edges
 from .operators import draw_size, fill_in
 from .properties import SettingProperties
 from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
+from .typed_numbers import as_typed
 from .wall_properties import WallProperties, draw_walls
 
 _EDGE = "Number of the block edge; -1 takes those that are selected on the block mesh"
@@ -128,7 +129,7 @@ class CROSSFIELD_OT_regrid(_DivisionOperator, SettingProperties, WallProperties,
             before,
             grading=self.grading(computed, *materials),
             quad_count=self.quad_count if by_count else None,
-            edge_length=None if by_count else self.edge_length,
+            edge_length=None if by_count else as_typed(self.edge_length),
         )
 
     def draw(self, context):

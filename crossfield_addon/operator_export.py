@@ -11,6 +11,7 @@ from ..core.mesh_files import quads_obj
 from . import shown_result, solver_files
 from .output_files import OutputFiles, check_targets
 from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
+from .typed_numbers import as_typed
 
 # The forms of `plot3d.FORMS`.
 _FORMS = (
@@ -87,7 +88,7 @@ class _Extruded:
     def height(self, decomposition):
         if not self.extrude:
             return None
-        return self.thickness or solver_files.quad_width(decomposition)
+        return as_typed(self.thickness) or solver_files.quad_width(decomposition)
 
     def draw(self, context):
         layout = self.layout
@@ -153,7 +154,7 @@ class CROSSFIELD_OT_export_open_foam(_ExportOperator, bpy.types.Operator):
         return super().invoke(context, event)
 
     def contents(self, decomposition, patches, target):
-        height = self.thickness or None
+        height = as_typed(self.thickness) or None
         return {target: solver_files.open_foam(decomposition, patches, height)}
 
 

@@ -9,6 +9,7 @@ import bpy
 from ..core.settings import Settings
 from .marked_edges import MARKS, USUAL_MARKS
 from .results import ALL_PRODUCTS, PRODUCTS
+from .typed_numbers import as_typed
 from .wall_properties import WallProperties
 
 _DEFAULTS = Settings()
@@ -175,7 +176,7 @@ class SettingProperties:
     def settings(self, stop_after: str) -> Settings:
         """The core's settings; raises SettingsError when they are out of range."""
         return Settings(
-            edge_length=self.edge_length if self.size == "LENGTH" else None,
+            edge_length=as_typed(self.edge_length) if self.size == "LENGTH" else None,
             quad_count=self.quad_count,
             relaxation=self.relaxation,
             lines=self.lines,
@@ -184,7 +185,7 @@ class SettingProperties:
             kink_angle=self.kink_angle,
             feature_angle=self.feature_angle if self.keep_creases else None,
             feature_follow_angle=self.feature_follow_angle,
-            weld_distance=self.weld_distance,
+            weld_distance=as_typed(self.weld_distance),
             repair=self.repair,
             line_distance=self.line_distance,
             line_turn=self.line_turn,

@@ -7,6 +7,7 @@ import bpy
 from ..core.boundary_patches import loops_of_material
 from ..core.errors import SettingsError
 from ..core.wall_spacing import Grading
+from .typed_numbers import as_typed
 
 _OPTIONS = {"SKIP_SAVE"}
 
@@ -79,7 +80,7 @@ class WallProperties:
             loops = self._numbers()
         elif self.walls == "MATERIAL":
             loops = self._loops_of_material(decomposition, list(names), material)
-        return Grading(self.first_height, self.growth, loops)
+        return Grading(as_typed(self.first_height), as_typed(self.growth), loops)
 
     def _numbers(self):
         words = self.wall_loops.replace(",", " ").split()
