@@ -24,7 +24,11 @@ from .cutting import (
 from .errors import LayoutError
 from .quad_connectivity import QuadConnectivity, connect_quads
 from .quads import grid_quads
+from .surface import connected_components
 from .t_lines import t_lines
+
+# Lines longer than so many diagonals of the bounding box wind round: blocks between would be strips.
+WINDING = 2.5
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,8 @@ def find_t_edges(points, blocks: Blocks, crease=()) -> np.ndarray:
     crease  (n, 2) int, end vertices of inner edges that no block may straddle
 
     Every irregular vertex inside is a corner of all blocks round it; elsewhere one quad at a vertex
-    makes a corner of a block and two a straight side.
+    makes a corner of a block and two a straight side. Lines that join two such vertices but wind
+    round the surface on their way are not taken for that: the fewest blocks would be long strips.
     """
     vertex, corner = np.unique(blocks.corner, return_inverse=True)
     mesh = connect_quads(corner.reshape(-1, 4), len(vertex))
@@ -87,8 +92,21 @@ def find_t_edges(points, blocks: Blocks, crease=()) -> np.ndarray:
     feature = np.zeros(len(number), bool)
     feature[first[_among(step, crease, len(points))]] = True
     kept = np.zeros(len(number), bool)
-    kept[number] = t_lines(mesh, feature[number], length[number])
+    part = connected_components(len(vertex), *mesh.edge_vertex.T)
+    longest = WINDING * _diagonals(points, blocks, part[mesh.quad[:, 0]])
+    longest = longest[part[mesh.edge_vertex[:, 0]]]
+    kept[number] = t_lines(mesh, feature[number], length[number], longest)
     return kept
+
+
+def _diagonals(points, blocks: Blocks, part) -> np.ndarray:
+    """(parts,) float64, diagonals of the bounding boxes of the parts; part (B,) of each block."""
+    owner = np.repeat(part, np.diff(blocks.grid_offset))
+    low = np.full((int(part.max()) + 1, points.shape[1]), np.inf)
+    high = -low
+    np.minimum.at(low, owner, points[blocks.grid_vertex])
+    np.maximum.at(high, owner, points[blocks.grid_vertex])
+    return np.linalg.norm(high - low, axis=1)
 
 
 def build_t_layout(quad, blocks: Blocks, kept) -> TLayout:

@@ -20,11 +20,12 @@ from .separatrices import Sectors, conflicts, find_sectors, find_separatrices
 from .surface import connected_components
 
 
-def t_lines(mesh: QuadConnectivity, fixed, length) -> np.ndarray:
+def t_lines(mesh: QuadConnectivity, fixed, length, longest=np.inf) -> np.ndarray:
     """(E,) bool, edges that part the mesh into four-sided cells with T-junctions, few of them.
 
     fixed   (E,) bool, inner edges that no cell may straddle; those of the boundary are in any case
     length  (E,) float64, lengths of the edges
+    longest (E,) float64 or float, of the lines through the edges that are laid to join two vertices
 
     A part without irregular vertices and corners that closes up into a ring is cut once across.
     """
@@ -34,7 +35,10 @@ def t_lines(mesh: QuadConnectivity, fixed, length) -> np.ndarray:
     lines = find_separatrices(mesh, fixed, sectors)
     on_line = lines.line >= 0
     extent = np.bincount(lines.line[on_line], length[on_line], len(lines.joins))
-    chosen = independent_set(lines.joins, conflicts(mesh, sectors, lines), extent)
+    limit = np.full(len(extent), np.inf)
+    limit[lines.line[on_line]] = np.broadcast_to(longest, on_line.shape)[on_line]
+    wanted = lines.joins & (extent <= limit)
+    chosen = independent_set(wanted, conflicts(mesh, sectors, lines), extent)
     kept = fixed
     kept[on_line] |= chosen[lines.line[on_line]]
     tracks = _Tracks(mesh, kept, lines.stop, length)

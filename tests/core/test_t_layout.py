@@ -18,8 +18,10 @@ from tests.core.test_blocks import cube, grid, mesh_of
 
 
 def layouts(quad, count, crease=(), points=None):
-    """The conforming blocks and the T-layout, verified, of a mesh without places."""
-    points = np.random.default_rng(0).random((count, 3)) if points is None else points
+    """The conforming blocks and the T-layout, verified; without places no line is too long."""
+    if points is None:
+        points = 1e-3 * np.random.default_rng(0).random((count, 3))
+        points[0] = 1.0
     blocks = find_blocks(quad, count, np.zeros(count, bool), crease)
     layout = build_t_layout(quad, blocks, find_t_edges(points, blocks, crease))
     verify_t_layout(layout, quad, crease)
@@ -130,7 +132,8 @@ def test_parts_are_laid_out_each_for_itself():
 def test_renumbering_keeps_the_count(seed):
     generator = np.random.default_rng(seed)
     quad, count = plate_quads(random_mask(np.random.default_rng(7), 8))
-    points = generator.random((count, 3))
+    points = 1e-3 * generator.random((count, 3))
+    points[0] = 1.0
     before = layouts(quad, count, points=points)[1].count
     number = generator.permutation(count)
     turned = np.stack([np.roll(q, generator.integers(4)) for q in number[quad]])
