@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .cells import CellComplex, NodeKind
 from .errors import LayoutError
 from .gluing import verify_sheets
 from .layout import Layout
 from .lengths import solve_lengths
-from .quads import QuadLayout, build_quads, verify_lengths
+from .quads import verify_lengths
+from .vanishing import arcs_to_blame
 
 # Arcs longer than so many quads do not vanish.
 LONGEST_VANISHING = 0.7
@@ -24,6 +24,8 @@ LEAST_LOOP = 3
 MOST_ROUNDS = 40
 # Share of the vanished arcs that is kept where it is not clear which one is to blame.
 _BLIND_SHARE = 0.1
+# Share, and least number, of the arcs to blame that are lengthened before lengths are solved anew.
+_SHARE_AT_ONCE, _LEAST_AT_ONCE = 1 / 3, 2
 
 
 def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndarray:
@@ -89,46 +91,23 @@ def _lengthen_loops(arc, loop, wish, length, lower) -> bool:
 
 
 def _wrongly_zero(layout: Layout, wish, length, lower) -> np.ndarray:
-    """Arcs to keep from vanishing: the longest of each group that joins what must stay apart.
+    """Arcs to keep from vanishing: the longer ones of those that join what must stay apart.
 
-    On a cut surface also of the groups that do so on its charts. Where no such group is to blame,
-    the longer ones of all vanished arcs; empty without any. Arcs that were to have a length and have
-    none all the same can have none (`length_graph.impossible_arcs`): others must give way.
+    On a cut surface also of those that do so on its charts. Once these have a length, shorter ones
+    get one too or need none. Where none is to blame, the longer ones of all vanished arcs; empty
+    without any. Arcs that were to have a length and have none all the same can have none
+    (`length_graph.impossible_arcs`): others must give way.
     """
-    zero = np.flatnonzero((length == 0) & (lower == 0))
-    if not len(zero):
-        return zero
-    wrong = _longest_guilty(layout.complex, wish, length, lower)
+    free = (length == 0) & (lower == 0)
+    wrong = arcs_to_blame(layout.complex, length, free)
     if layout.gluing is not None:
         arc = layout.gluing.arc
-        on_charts = _longest_guilty(layout.gluing.complex, wish[arc], length[arc], lower[arc])
+        on_charts = arcs_to_blame(layout.gluing.complex, length[arc], free[arc], on_chart=True)
         wrong = np.union1d(wrong, arc[on_charts])
     if len(wrong):
-        return wrong
+        count = max(_LEAST_AT_ONCE, int(np.ceil(_SHARE_AT_ONCE * len(wrong))))
+        return wrong[np.argsort(-wish[wrong], kind="stable")[:count]]
+    zero = np.flatnonzero(free)
+    if not len(zero):
+        return zero
     return zero[wish[zero] >= np.quantile(wish[zero], 1 - _BLIND_SHARE)]
-
-
-def _longest_guilty(complex: CellComplex, wish, length, lower) -> np.ndarray:
-    """Of the arcs that were allowed to vanish at a vertex that joins wrongly the longest."""
-    layout = build_quads(complex, length)
-    zero = np.flatnonzero((length == 0) & (lower == 0))
-    vertex = layout.node_vertex[complex.arc_node[zero, 0]]
-    guilty = _joins_wrongly(complex, layout)[vertex]
-    zero, vertex = zero[guilty], vertex[guilty]
-    order = np.lexsort([-wish[zero], vertex])
-    return zero[order[np.flatnonzero(np.diff(vertex[order], prepend=-1))]]
-
-
-def _joins_wrongly(complex: CellComplex, layout: QuadLayout) -> np.ndarray:
-    """(P,) bool, vertices that hold two nodes that must stay apart, or touch two boundary loops."""
-    kinds = (NodeKind.SINGULARITY, NodeKind.CORNER, NodeKind.KINK)
-    fixed = layout.node_vertex[np.isin(complex.node_kind, kinds)]
-    joined = np.bincount(fixed, minlength=layout.vertex_count) > 1
-    wall = np.flatnonzero(complex.arc_loop >= 0)
-    vertex = layout.node_vertex[complex.arc_node[wall]].ravel()
-    loop = np.repeat(complex.arc_loop[wall], 2)
-    lowest = np.full(layout.vertex_count, np.iinfo(np.int64).max)
-    highest = np.full(layout.vertex_count, -1)
-    np.minimum.at(lowest, vertex, loop)
-    np.maximum.at(highest, vertex, loop)
-    return joined | (highest > lowest)

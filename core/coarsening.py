@@ -16,26 +16,32 @@ from .coarse_divisions import arc_widths, divide, divide_to_count, thin_out
 from .coarse_lengths import solve_coarse_lengths
 from .drafts import Draft, DraftBoard
 from .errors import LayoutError
+from .kinks import without_kinks
 from .layout import Layout
 from .sentences import PlacedSentence
 from .settings import Settings
 from .smoothing import STAGES
 from .surface import TriangleSurface
 
-# The first layout's quads are as large as so many squares on the surface; then others are tried.
-_SQUARES = {"balanced": (35, 12, 80, 200, 550), "fewest": (12, 35, 80, 200)}
-# A first layout as well shaped as this is taken without looking at others; else the first one that
-# is nearly as good as the best.
-_GOOD_START = 0.55
+# First layouts have quads as large as so many squares on the surface.
+_SQUARES = (6, 12, 20, 35, 60, 80, 130, 200, 350, 550)
+# The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
+# of the best one of all those tried.
+_GOOD_START = {"balanced": 0.65, "fewest": 0.5}
+_NEARLY = {"balanced": 0.85, "fewest": 0.7}
 # Without any first layout as well shaped as this the direct layout is taken.
 _LEAST_START = 0.1
-_NEARLY = 0.75
+# First layouts that are smoothed and judged at most.
+_MOST_JUDGED = 5
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
 _LEAST = {"balanced": 0.62, "fewest": 0.4}
 _SHARE = {"balanced": 0.85, "fewest": 0.6}
 _THIN = 0.5
 _PATIENCE = {"balanced": 4, "fewest": 12}
+# A layout whose wanted quads come out worse than both of these, the second one a share of its
+# draft, gives way to the next finer one.
+_LEAST_FINE, _FINE_KEPT = 0.5, 0.75
 # Quads of the drafts by which layouts are judged.
 _DRAFT_QUADS = 400
 _FIRST_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3))
@@ -91,40 +97,66 @@ def coarsen(
         goal = _Goal(float(np.sqrt(area / settings.quad_count)), settings.quad_count)
     else:
         goal = _Goal(settings.edge_length, None)
-    start = _first_draft(surface, layout, goal, settings.coarseness, cancelled)
-    if start is None:
-        return None
-    board, draft = start
-    draft = remove_rows(board, draft, goal.size, settings.coarseness)
-    try:
+    layout, kinks = without_kinks(layout)
+    best = None
+    for board, draft in _first_drafts(
+        surface, layout, kinks, goal, settings.coarseness, cancelled
+    ):
+        draft = remove_rows(board, draft, goal.size, settings.coarseness)
         fine = _fine_draft(board, draft, goal)
-    except LayoutError:
-        return None
-    return fine if fine.worst > 0 else None
+        if fine is not None and (best is None or fine.worst > best.worst):
+            best = fine
+        if best is not None and best.worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
+            break
+    return best
 
 
-def _first_draft(surface, layout, goal, coarseness, cancelled):
-    """(DraftBoard, Draft) of the first layout of good shape, None if there is none."""
-    found = []
-    for squares in _SQUARES[coarseness]:
+def _first_drafts(surface, layout, kinks, goal, coarseness, cancelled):
+    """Layouts to start from: a list of (DraftBoard, Draft), the fewest blocks first.
+
+    The first one is well shaped, or nearly as well as the best; the others are better shaped.
+    """
+    found, best = [], _LEAST_START
+    for board, draft in _connected_drafts(surface, layout, kinks, goal, cancelled):
+        if len(found) == _MOST_JUDGED:
+            break
+        try:
+            draft = board.place(draft, _FIRST_STAGES)
+        except LayoutError:
+            continue
+        found.append((board, draft))
+        if draft.worst >= _GOOD_START[coarseness]:
+            break
+    result = []
+    best = max((draft.worst for _, draft in found), default=0.0)
+    if best < _LEAST_START:
+        return []
+    least = min(_GOOD_START[coarseness], _NEARLY[coarseness] * best)
+    for board, draft in found:
+        if draft.worst >= least:
+            result.append((board, draft))
+            least = draft.worst + 0.05
+    return result
+
+
+def _connected_drafts(surface, layout, kinks, goal, cancelled):
+    """Drafts of several sizes, not placed: a list of (DraftBoard, Draft), the fewest blocks first.
+
+    Of several with the same number of blocks the one with the shortest arcs.
+    """
+    found = {}
+    for squares in _SQUARES:
         size = np.sqrt(surface.face_area.sum() / squares)
         if found and size < goal.size:
             break
         try:
             length = solve_coarse_lengths(layout, size, cancelled)
-            board = DraftBoard(surface, layout, length, cancelled)
+            board = DraftBoard(surface, layout, length, kinks, cancelled)
             draft = _connected_draft(board, goal)
-            if any(np.array_equal(draft.length, other.length) for _, other in found):
-                continue
-            found.append((board, board.place(draft, _FIRST_STAGES)))
         except LayoutError:
             continue
-        if found[-1][1].worst >= _GOOD_START:
-            break
-    best = max((draft.worst for _, draft in found), default=0.0)
-    if best < _LEAST_START:
-        return None
-    return next((board, draft) for board, draft in found if draft.worst >= _NEARLY * best)
+        found.setdefault(draft.blocks.count, (board, draft))
+    return [found[count] for count in sorted(found)]
 
 
 def _connected_draft(board: DraftBoard, goal) -> Draft:
@@ -181,16 +213,19 @@ def _without(board, draft, members) -> Draft | None:
         return None
 
 
-def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft:
-    """The wanted quads of a draft's layout."""
+def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
+    """The wanted quads of a draft's layout, None if they are not valid."""
     width, alive = board.widths(draft), draft.division > 0
-    fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
+    try:
+        fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
+    except LayoutError:
+        return None
     fine = _along_walls(board, board.follow(fine, draft), draft)
     fine = board.smoothed(fine, _FINE_STAGES)
     if fine.worst < _FINE_SHARE * draft.worst:
         again = board.smoothed(fine, STAGES)
         fine = again if again.worst > fine.worst else fine
-    return fine
+    return fine if fine.worst > 0 else None
 
 
 def _along_walls(board: DraftBoard, fine: Draft, draft: Draft) -> Draft:

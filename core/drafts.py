@@ -17,6 +17,7 @@ from .coarse_lengths import arcs_too_short
 from .coarse_divisions import chord_widths
 from .errors import LayoutError
 from .gluing import SheetQuads, build_sheets, crease_edges, synchronise
+from .kinks import Kinks, snap_to_kinks
 from .layout import Layout
 from .layout_chords import LayoutChords, find_layout_chords, rows_of_blocks
 from .mapping import place_vertices
@@ -61,10 +62,15 @@ class DraftBoard:
 
     surface  TriangleSurface, cut along feature edges
     length   (A,) int64, verified lengths; all drafts are divisions of their chords
+    kinks    Kinks at which placed drafts have a vertex as far as they can, or None
     """
 
-    def __init__(self, surface: TriangleSurface, layout: Layout, length, cancelled=None):
+    def __init__(
+        self, surface: TriangleSurface, layout: Layout, length, kinks: Kinks | None = None,
+        cancelled=None,
+    ):
         self.surface, self.layout, self.cancelled = surface, layout, cancelled
+        self.kinks = kinks
         self.chords = find_layout_chords(layout.complex, length)
         self.complex, self.own_chords = layout.complex, self.chords
         if layout.gluing is not None:
@@ -99,7 +105,7 @@ class DraftBoard:
         placement = place_vertices(
             self.surface, self.complex, self.layout.cell_mesh, draft.layout, length
         )
-        return self._smoothed(draft, placement, stages)
+        return self._smoothed(draft, self._snapped(draft, placement), stages)
 
     def follow(self, draft: Draft, old: Draft) -> Draft:
         """A connected draft placed by another one, not smoothed."""
@@ -107,11 +113,17 @@ class DraftBoard:
             self.surface, self.complex, self.own_chords, (old.division, old.layout, old.placement),
             draft.division, draft.layout,
         )
-        return replace(draft, placement=placement)
+        return replace(draft, placement=self._snapped(draft, placement))
 
     def smoothed(self, draft: Draft, stages=STAGES) -> Draft:
         """A placed draft smoothed."""
         return self._smoothed(draft, draft.placement, stages)
+
+    def _snapped(self, draft: Draft, placement: Placement) -> Placement:
+        if self.kinks is None:
+            return placement
+        across = None if draft.sheets is None else draft.sheets.across
+        return snap_to_kinks(self.surface, placement, self.kinks, across)
 
     def _smoothed(self, draft, placement, stages):
         across = None

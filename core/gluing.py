@@ -29,11 +29,13 @@ class Gluing:
     charts   Charts
     complex  CellComplex of the cut surface; its cells and slots are those of the glued one
     arc      (A',) int64, arc of the glued complex that each of its arcs has become
+    node     (N',) int64, node of the glued complex that each of its nodes has become
     """
 
     charts: Charts
     complex: CellComplex
     arc: np.ndarray
+    node: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def glue_cells(charts: Charts, complex: CellComplex, arc_points, node_point, sam
         arc_point_face=complex.arc_point_face[point],
         side_halfarc=2 * arc[halfarc // 2] + (halfarc % 2 ^ flipped[halfarc // 2]),
     )
-    return glued, Gluing(charts, complex, arc)
+    return glued, Gluing(charts, complex, arc, node)
 
 
 def _partners(charts, complex, arc_points, same):

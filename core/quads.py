@@ -57,17 +57,10 @@ def build_quads(complex: CellComplex, length) -> QuadLayout:
     Arcs of length zero join their ends, a cell without width joins its opposite sides. Raises
     LayoutError if the lengths are not balanced; `verify_topology` tests the rest.
     """
-    length = np.asarray(length, np.int64)
-    sides = side_lengths(complex, length)
-    if (length < 0).any() or (sides[:, :2] != sides[:, 2:]).any():
-        raise LayoutError("The arc lengths do not make opposite sides of all cells equal.")
-    shape = sides[:, :2]
-    arc_offset, arc_raw = _arc_vertices(complex, length)
-    count = complex.node_count + int(np.maximum(length - 1, 0).sum())
-    side_offset, side_raw = _side_vertices(complex, length, sides, arc_offset, arc_raw)
-    grid_offset, grid_raw, count = _grid_vertices(shape, side_offset, side_raw, count)
-    joined = _joined_vertices(complex, length, shape, side_offset, side_raw)
-    vertex = connected_components(count, *joined)
+    raw = raw_vertices(complex, length)
+    grid_offset, grid_raw, count = _grid_vertices(raw)
+    vertex = connected_components(count, *joined_vertices(complex, raw)[:2])
+    length, shape, arc_raw = raw.length, raw.sides[:, :2], raw.arc_vertex
     quad, quad_cell = grid_quads(shape, grid_offset, vertex[grid_raw])
     vertex_count = int(vertex.max(initial=-1)) + 1
     fixed = np.isin(complex.node_kind, (NodeKind.CORNER, NodeKind.KINK))
@@ -77,9 +70,62 @@ def build_quads(complex: CellComplex, length) -> QuadLayout:
     vertex_loop = np.full(vertex_count, -1, np.int64)
     vertex_loop[vertex[arc_raw[loop >= 0]]] = loop[loop >= 0]
     return QuadLayout(
-        quad, quad_cell, vertex_count, vertex[: complex.node_count], arc_offset, vertex[arc_raw],
-        shape, grid_offset, vertex[grid_raw], vertex_fixed, vertex_loop,
+        quad, quad_cell, vertex_count, vertex[: complex.node_count], raw.arc_offset,
+        vertex[arc_raw], shape, grid_offset, vertex[grid_raw], vertex_fixed, vertex_loop,
     )
+
+
+@dataclass(frozen=True)
+class RawVertices:
+    """The vertices along arcs and sides before those that fall together are joined.
+
+    length       (A,) int64, lengths of the arcs
+    sides        (C, 4) int64, lengths of the sides
+    count        number of vertices: the nodes, then those inside the arcs
+    arc_offset   (A + 1,) int64; arc a holds arc_vertex[arc_offset[a]:arc_offset[a + 1]]
+    side_offset  (4 C + 1,) int64; side k of cell c holds, counter-clockwise, from corner to corner,
+                 side_vertex[side_offset[4 * c + k]:side_offset[4 * c + k + 1]]
+    """
+
+    length: np.ndarray
+    sides: np.ndarray
+    count: int
+    arc_offset: np.ndarray
+    arc_vertex: np.ndarray
+    side_offset: np.ndarray
+    side_vertex: np.ndarray
+
+
+def raw_vertices(complex: CellComplex, length) -> RawVertices:
+    """Vertices of a layout for balanced lengths (A,); raises LayoutError if they are not balanced."""
+    length = np.asarray(length, np.int64)
+    sides = side_lengths(complex, length)
+    if (length < 0).any() or (sides[:, :2] != sides[:, 2:]).any():
+        raise LayoutError("The arc lengths do not make opposite sides of all cells equal.")
+    arc_offset, arc_vertex = _arc_vertices(complex, length)
+    count = complex.node_count + int(np.maximum(length - 1, 0).sum())
+    side_offset, side_vertex = _side_vertices(complex, length, sides, arc_offset, arc_vertex)
+    return RawVertices(length, sides, count, arc_offset, arc_vertex, side_offset, side_vertex)
+
+
+def joined_vertices(complex: CellComplex, raw: RawVertices):
+    """Pairs of vertices made one by arcs of length zero and by cells without width.
+
+    Returns (first (n,) int64, second (n,) int64, flat (n,) int64): the ends of all arcs of length
+    zero, in their order, flat -1; then those that face each other across a cell c without width,
+    flat 2 c where its sides 0 and 2 have no length, 2 c + 1 where sides 1 and 3 have none.
+    """
+    ends = complex.arc_node[raw.length == 0]
+    first, second, flat = [ends[:, 0]], [ends[:, 1]], [np.full(len(ends), -1)]
+    start, end = raw.side_offset[:-1].reshape(-1, 4), raw.side_offset[1:].reshape(-1, 4) - 1
+    for direction in (0, 1):
+        thin = np.flatnonzero(raw.sides[:, direction] == 0)
+        cell, step = _ranges(raw.sides[thin, 1 - direction] + 1)
+        cell = thin[cell]
+        first.append(raw.side_vertex[start[cell, 1 - direction] + step])
+        second.append(raw.side_vertex[end[cell, 3 - direction] - step])
+        flat.append(2 * cell + direction)
+    return np.concatenate(first), np.concatenate(second), np.concatenate(flat)
 
 
 def verify_topology(
@@ -211,13 +257,13 @@ def _side_vertices(complex, length, sides, arc_offset, arc_vertex):
     return offset, vertex
 
 
-def _grid_vertices(shape, side_offset, side_vertex, count):
-    """Offsets and vertices of the grids; inner vertices are numbered on from `count`."""
-    m, n = shape.T
+def _grid_vertices(raw: RawVertices):
+    """Offsets and vertices of the grids, and the number of all vertices, inner ones included."""
+    m, n = raw.sides[:, :2].T
     offset = np.concatenate([[0], np.cumsum((m + 1) * (n + 1))])
     cell, place = _ranges(np.diff(offset))
     column, row = place % (m[cell] + 1), place // (m[cell] + 1)
-    start = side_offset[:-1].reshape(-1, 4)
+    start = raw.side_offset[:-1].reshape(-1, 4)
     vertex = np.full(len(place), -1, np.int64)
     walls = (
         (row == 0, column),
@@ -226,23 +272,10 @@ def _grid_vertices(shape, side_offset, side_vertex, count):
         (column == 0, n[cell] - row),
     )
     for side, (mask, position) in reversed(list(enumerate(walls))):
-        vertex[mask] = side_vertex[start[cell[mask], side] + position[mask]]
+        vertex[mask] = raw.side_vertex[start[cell[mask], side] + position[mask]]
     inner = np.flatnonzero(vertex < 0)
-    vertex[inner] = count + np.arange(len(inner))
-    return offset, vertex, count + len(inner)
-
-
-def _joined_vertices(complex, length, shape, side_offset, side_vertex):
-    """Pairs of vertices made one by arcs of length zero and by cells without width."""
-    first, second = [complex.arc_node[length == 0, 0]], [complex.arc_node[length == 0, 1]]
-    start, end = side_offset[:-1].reshape(-1, 4), side_offset[1:].reshape(-1, 4) - 1
-    for direction in (0, 1):
-        flat = np.flatnonzero(shape[:, direction] == 0)
-        cell, step = _ranges(shape[flat, 1 - direction] + 1)
-        cell = flat[cell]
-        first.append(side_vertex[start[cell, 1 - direction] + step])
-        second.append(side_vertex[end[cell, 3 - direction] - step])
-    return np.concatenate(first), np.concatenate(second)
+    vertex[inner] = raw.count + np.arange(len(inner))
+    return offset, vertex, raw.count + len(inner)
 
 
 def _ranges(counts):
