@@ -22,6 +22,9 @@ from .settings import Settings
 from .smoothing import smooth
 from .surface import TriangleSurface
 
+# Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
+# other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
+LEAST_FACTOR = 0.6
 # Times that arcs are lengthened before a layout counts as too coarse to fill.
 MOST_LENGTHENINGS = 8
 
@@ -129,7 +132,10 @@ def _wanted_lengths(surface, complex_, settings, lower, cancelled):
         wish = complex_.arc_length / settings.edge_length
         return solve_lengths(complex_, wish, lower, cancelled=cancelled)
     wish = complex_.arc_length / np.sqrt(surface.face_area.sum() / settings.quad_count)
-    return scale_to_count(complex_, wish, settings.quad_count, lower, cancelled)[0]
+    length, factor = scale_to_count(complex_, wish, settings.quad_count, lower, cancelled)
+    if factor >= LEAST_FACTOR:
+        return length
+    return solve_lengths(complex_, LEAST_FACTOR * wish, lower, cancelled=cancelled)
 
 
 def _quads_over_faces(surface, layout, quads: QuadLayout, mapped):
