@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import bmesh
 import numpy as np
 
 from ..core.errors import InputError
-from .result_objects import ROLE, read_numbers
+from .result_objects import FOLLOWS, FREE, LOCKED, ROLE, read_numbers
 
 
 def selected_edges(active, blocks) -> np.ndarray:
@@ -30,6 +33,33 @@ def selected_edges(active, blocks) -> np.ndarray:
     select = np.zeros(len(blocks.data.edges), bool)
     blocks.data.edges.foreach_get("select", select)
     return np.unique(number[select])
+
+
+@dataclass(frozen=True)
+class BlockEdge:
+    """Number, divisions and lock_state of a block edge."""
+
+    number: int
+    divisions: int
+    state: int
+
+    def sentence(self) -> str:
+        """For the panel."""
+        state = {FREE: "", FOLLOWS: ", follows a lock", LOCKED: ", locked"}[self.state]
+        return f"Edge {self.number}: {self.divisions} quads{state}"
+
+
+def active_block_edge(active) -> BlockEdge | None:
+    """The block edge that was selected last in edit mode of a block mesh, or None."""
+    if active is None or active.get(ROLE) != "blocks" or active.mode != "EDIT":
+        return None
+    edited = bmesh.from_edit_mesh(active.data)
+    edge = edited.select_history.active
+    layers = edited.edges.layers.int
+    names = "block_edge", "divisions", "lock_state"
+    if not isinstance(edge, bmesh.types.BMEdge) or not all(name in layers for name in names):
+        return None
+    return BlockEdge(*(edge[layers[name]] for name in names))
 
 
 def select_edges(active, edges) -> None:

@@ -25,6 +25,14 @@ class CROSSFIELD_OT_show_quality(ReportingOperator, bpy.types.Operator):
         items=quality_colours.MEASURES,
         default="SCALED_JACOBIAN",
     )
+    fit_range: bpy.props.BoolProperty(
+        name="Fit Range",
+        description=(
+            "Dark is the worst quad of this mesh; otherwise it is the worst there can be, or an"
+            " aspect ratio of 100"
+        ),
+        default=True,
+    )
 
     @classmethod
     def poll(cls, context):
@@ -36,7 +44,7 @@ class CROSSFIELD_OT_show_quality(ReportingOperator, bpy.types.Operator):
         if quads is None:
             raise InputError("These results have no quad mesh to colour; regrid the blocks.")
         with results_in_object_mode(collection.objects):
-            quality_colours.show_measure(collection, quads, self.measure)
+            quality_colours.show_measure(collection, quads, self.measure, self.fit_range)
         quality_colours.show_in_viewports(context, self.measure)
         return {"FINISHED"}
 

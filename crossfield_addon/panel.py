@@ -7,6 +7,7 @@ import textwrap
 import bpy
 
 from . import quality_colours, results
+from .block_edge_selection import active_block_edge
 from .operator_export import EXPORTS
 from .operators import draw_details, draw_size
 from .wall_properties import draw_walls
@@ -81,6 +82,10 @@ class CROSSFIELD_PT_divisions(_SubPanel, bpy.types.Panel):
         layout = self.layout
         column = layout.column(align=True)
         column.operator("crossfield.edit_block_edges", icon="EDGESEL")
+        edge = active_block_edge(context.object)
+        if edge is not None:
+            layout.label(text=edge.sentence(), icon="LOCKED" if edge.state else "UNLOCKED")
+            column = layout.column(align=True)
         row = column.row(align=True)
         row.operator("crossfield.lock_divisions", text="Lock", icon="LOCKED")
         row.operator("crossfield.unlock_divisions", text="Unlock", icon="UNLOCKED")
@@ -110,12 +115,28 @@ class CROSSFIELD_PT_quality(_SubPanel, bpy.types.Panel):
                 "crossfield.show_quality", text=label, depress=measure == shown
             )
             button.measure = measure
-        summary = results.quality_text(collection)
-        if summary:
-            box = layout.box().column(align=True)
-            for line in summary:
-                box.label(text=line)
+        if collection is not None:
+            _draw_range(layout, quality_colours.shown_range(collection))
+        rows = results.quality_table(collection)
+        if rows:
+            grid = layout.box().column(align=True)
+            for row in [("", "Worst", "Mean"), *rows]:
+                _draw_row(grid, row)
         layout.operator("crossfield.quality_table", icon="SPREADSHEET")
+
+
+def _draw_range(layout, values):
+    if values:
+        dark, light = values
+        layout.label(text=f"Dark {dark:.3g}, light {light:.3g}", icon="COLOR")
+
+
+def _draw_row(layout, row):
+    split = layout.split(factor=0.56)
+    split.label(text=row[0])
+    numbers = split.split(factor=0.5)
+    for number in row[1:]:
+        numbers.label(text=number)
 
 
 class CROSSFIELD_PT_export(_SubPanel, bpy.types.Panel):

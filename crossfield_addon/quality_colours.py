@@ -12,12 +12,13 @@ ATTRIBUTE = "crossfield_colour"
 MEASURES = (
     ("NONE", "None", "No colour attribute; the materials show the blocks"),
     ("BLOCKS", "Blocks", "A colour for each block, neighbours being different"),
-    ("SCALED_JACOBIAN", "Scaled Jacobian", "1 for a rectangle is light, 0 is dark, inverted is red"),
-    ("SKEWNESS", "Skewness", "0 for right angles is light, 1 is dark"),
-    ("ASPECT_RATIO", "Aspect Ratio", "1 for a square is light, 100 is dark, on a logarithmic scale"),
+    ("SCALED_JACOBIAN", "Scaled Jacobian", "Light where quads are rectangles; inverted ones are red"),
+    ("SKEWNESS", "Skewness", "Light where all corners are right angles"),
+    ("ASPECT_RATIO", "Aspect Ratio", "Light where quads are squares, on a logarithmic scale"),
 )
-_SHOWN = "crossfield_quality"
-_LONGEST = 100.0
+# Values that are dark and light on the full range.
+_FULL_RANGE = {"SCALED_JACOBIAN": (0.0, 1.0), "SKEWNESS": (1.0, 0.0), "ASPECT_RATIO": (100.0, 1.0)}
+_SHOWN, _FITTED, _RANGE = "crossfield_quality", "crossfield_fit_range", "crossfield_range"
 _INVERTED = (0.80, 0.02, 0.02)
 
 
@@ -26,50 +27,69 @@ def shown_measure(collection) -> str:
     return collection.get(_SHOWN, "NONE")
 
 
-def show_measure(collection, quads, measure: str) -> None:
-    """Colour the quads of a result, and remember by what."""
-    collection[_SHOWN] = measure
-    paint(quads.data, measure)
+def shown_range(collection) -> tuple:
+    """The values shown dark and light, () where the colours mean no values."""
+    return tuple(collection.get(_RANGE, ()))
 
 
-def paint(mesh, measure: str) -> None:
-    """Write the colour attribute of a quad mesh (not being edited), or remove it."""
+def show_measure(collection, quads, measure: str, fit_range: bool) -> None:
+    """Colour the quads of a result, and remember by what.
+
+    fit_range  True: dark is the worst quad of this mesh; False: dark is as bad as can be, an aspect
+               ratio of 100
+    """
+    collection[_SHOWN], collection[_FITTED] = measure, fit_range
+    paint_again(collection, quads)
+
+
+def paint_again(collection, quads) -> None:
+    """Colour new quads of a result as those before them."""
+    mesh, measure = quads.data, shown_measure(collection)
     if ATTRIBUTE in mesh.color_attributes:
         mesh.color_attributes.remove(mesh.color_attributes[ATTRIBUTE])
+    collection[_RANGE] = []
     if measure == "NONE":
         return
-    colour = np.ones((len(mesh.polygons), 4), np.float32)
-    colour[:, :3] = face_colours(mesh, measure)
+    if measure == "BLOCKS":
+        _paint(mesh, _block_colours(mesh))
+        return
+    value = np.zeros(len(mesh.polygons), np.float32)
+    mesh.attributes[measure.lower()].data.foreach_get("value", value)
+    worst, best = _FULL_RANGE[measure]
+    if collection[_FITTED] and len(value):
+        worst = float(value.min() if measure == "SCALED_JACOBIAN" else value.max())
+        worst = max(worst, 0.0)
+    collection[_RANGE] = [worst, best]
+    _paint(mesh, value_colours(value, measure, worst, best))
+
+
+def _paint(mesh, colour):
     mesh.color_attributes.new(ATTRIBUTE, "FLOAT_COLOR", "CORNER")
     size = np.zeros(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", size)
-    values = np.repeat(colour, size, axis=0).ravel()
+    opaque = np.column_stack([colour, np.ones(len(colour))]).astype(np.float32)
+    values = np.repeat(opaque, size, axis=0).ravel()
     mesh.color_attributes[ATTRIBUTE].data.foreach_set("color", values)
     mesh.color_attributes.active_color = mesh.color_attributes[ATTRIBUTE]
     mesh.color_attributes.render_color_index = mesh.color_attributes.active_color_index
 
 
-def face_colours(mesh, measure: str) -> np.ndarray:
-    """(F, 3) float64, linear colours of the faces."""
-    if measure == "BLOCKS":
-        shade = np.zeros(len(mesh.polygons), np.int32)
-        mesh.polygons.foreach_get("material_index", shade)
-        return np.array(palette.BLOCKS)[shade % len(palette.BLOCKS), :3]
-    value = np.zeros(len(mesh.polygons), np.float32)
-    mesh.attributes[measure.lower()].data.foreach_get("value", value)
-    colour = palette.ramp(goodness(value, measure))
+def _block_colours(mesh):
+    shade = np.zeros(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("material_index", shade)
+    return np.array(palette.BLOCKS)[shade % len(palette.BLOCKS), :3]
+
+
+def value_colours(value, measure: str, worst: float, best: float) -> np.ndarray:
+    """(F, 3) float64, linear colours of the values (F,) of a measure."""
+    inverted = value <= 0
+    if measure == "ASPECT_RATIO":
+        value, worst, best = np.log(np.maximum(value, 1.0)), np.log(max(worst, 1.0)), np.log(best)
+    span = best - worst
+    colour = palette.ramp((value - worst) / span if span else np.ones(len(value)))
     if measure == "SCALED_JACOBIAN":
-        colour[value <= 0] = _INVERTED
+        colour[inverted] = _INVERTED
     return colour
-
-
-def goodness(value, measure: str) -> np.ndarray:
-    """Values of a measure on a scale from 0 for bad to 1 for best."""
-    if measure == "SKEWNESS":
-        value = 1 - value
-    elif measure == "ASPECT_RATIO":
-        value = 1 - np.log(np.maximum(value, 1)) / np.log(_LONGEST)
-    return np.clip(value, 0, 1)
 
 
 def show_in_viewports(context, measure: str) -> None:

@@ -207,6 +207,8 @@ def _quad_mesh(name, points, quads, shade):
         mesh.materials.append(material)
     mesh.polygons.foreach_set("material_index", shade.astype(np.int32))
     mesh.update(calc_edges=True)
+    for elements in (mesh.vertices, mesh.edges, mesh.polygons):
+        elements.foreach_set("select", np.zeros(len(elements), bool))
     return mesh
 
 

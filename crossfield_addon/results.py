@@ -7,6 +7,8 @@ own: they stand in its place and scale and follow it.
 
 from __future__ import annotations
 
+import json
+
 import bpy
 import numpy as np
 
@@ -91,10 +93,10 @@ def update_divisions(collection, source, decomposition, wanted: WantedDivisions)
 def _tell(collection, decomposition, notes):
     collection[_SENTENCE] = decomposition.sentence()
     collection[_NOTES] = "\n".join(notes)
-    collection[_QUALITY] = "\n".join(_quality_lines(decomposition))
+    collection[_QUALITY] = json.dumps(_quality_rows(decomposition))
     quads = find_object(collection, "quads")
     if quads is not None:
-        quality_colours.paint(quads.data, quality_colours.shown_measure(collection))
+        quality_colours.paint_again(collection, quads)
 
 
 def _obstacle(source, arrays) -> str:
@@ -166,31 +168,29 @@ def result_text(shown) -> tuple[str, list[str]]:
     return collection.get(_SENTENCE, ""), collection.get(_NOTES, "").splitlines()
 
 
-def quality_text(collection) -> list[str]:
-    """Lines on the grid quality of a result: worst and mean of all quads, and the worst blocks."""
-    return [] if collection is None else collection.get(_QUALITY, "").splitlines()
+def quality_table(collection) -> list:
+    """Rows of text on the grid quality of a result: what, worst, mean; the worst blocks at last."""
+    return [] if collection is None else json.loads(collection.get(_QUALITY, "[]"))
 
 
-def _quality_lines(decomposition):
+def _quality_rows(decomposition):
     layout, quads = decomposition.layout, decomposition.quads
     if layout is None:
         return []
     quality = block_quality(quads.points, quads.quads, layout, quads.scaled_jacobian)
-    lines = []
-    for name, value, worst in (
-        ("Scaled Jacobian", quality.scaled_jacobian, np.min),
-        ("Skewness", quality.skewness, np.max),
-        ("Aspect ratio", quality.aspect_ratio, np.max),
-    ):
-        lines.append(f"{name}: worst {worst(value):.3g}, mean {value.mean():.3g}")
-    lines.append("Worst blocks:")
-    for block in np.argsort(quality.min_scaled_jacobian, kind="stable")[:_NAMED_BLOCKS].tolist():
-        m, n = layout.shape[block].tolist()
-        lines.append(
-            f"{block}: {m} x {n}, {quality.min_scaled_jacobian[block]:.3f},"
-            f" mean {quality.mean_scaled_jacobian[block]:.3f}"
+    rows = [
+        (name, f"{worst(value):.3g}", f"{value.mean():.3g}")
+        for name, value, worst in (
+            ("Scaled Jacobian", quality.scaled_jacobian, np.min),
+            ("Skewness", quality.skewness, np.max),
+            ("Aspect Ratio", quality.aspect_ratio, np.max),
         )
-    return lines
+    ]
+    lowest, mean = quality.min_scaled_jacobian, quality.mean_scaled_jacobian
+    for block in np.argsort(lowest, kind="stable")[:_NAMED_BLOCKS].tolist():
+        m, n = layout.shape[block].tolist()
+        rows.append((f"Block {block}: {m} x {n}", f"{lowest[block]:.3g}", f"{mean[block]:.3g}"))
+    return rows
 
 
 def _collection(scene, source):
@@ -251,6 +251,7 @@ def _remove_data(data):
 
 def _hide(shown):
     """Hide an object in the view layer of the context, as its eye in the outliner does."""
+    bpy.context.view_layer.update()
     if shown.name in bpy.context.view_layer.objects:
         shown.hide_set(True)
 

@@ -15,10 +15,10 @@ def test_locking_an_edge_in_edit_mode_and_all_that_must_follow():
     blocks, quads = result(source, "blocks"), result(source, "quads")
     before = edge_values(blocks)
     faces = len(quads.data.polygons)
+    assert blocks.hide_get() and not quads.hide_get()
     assert bpy.ops.crossfield.edit_block_edges() == {"FINISHED"}
     assert bpy.context.object == blocks and blocks.mode == "EDIT"
     assert bpy.context.tool_settings.mesh_select_mode[:] == (False, True, False)
-    bpy.ops.mesh.select_all(action="DESELECT")
     assert refused(lambda: bpy.ops.crossfield.lock_divisions(divisions=9), "No block edge")
     select_block_edges(blocks, [0])
     assert bpy.ops.crossfield.lock_divisions(divisions=17) == {"FINISHED"}
