@@ -29,7 +29,7 @@ from .numbering import numbered
 from .propagation import propagate
 from .refinement import split_boundary_chords
 from .relaxation import relax
-from .resolution import WorkingSurface, refine
+from .resolution import WorkingSurface, halved, refine
 from .settings import Settings
 from .singularities import find_singularities
 from .surface import build_surface
@@ -46,6 +46,8 @@ STAGE_ENDS = {
 
 # CPU seconds after which no further way is tried but the last one, which never fails.
 PATIENCE = 75.0
+# Triangles of a working surface that may be cut into four for another attempt.
+MOST_TO_HALVE = 12_000
 # Faults of the program itself: they are told in the report, and another way is taken all the same.
 _SLIPS = (ArithmeticError, LookupError, ValueError)
 _SLIP = "There is a fault in the program"
@@ -66,8 +68,11 @@ class Run:
         self._stop_if_cancelled()
         self._progress(self._done, name)
         start = process_time()
-        yield
-        self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start
+        try:
+            yield
+        finally:
+            # A stage that fails has taken its time too.
+            self.seconds[name] = self.seconds.get(name, 0.0) + process_time() - start
         self._done = max(self._done, STAGE_ENDS[name])
         self._stop_if_cancelled()
         self._progress(self._done, name)
@@ -124,7 +129,7 @@ def _creases(whole, mesh: CleanMesh, settings, marked_edges):
 def _first_valid(run: Run, working: WorkingSurface, creases, settings):
     """The first way that leads to a valid mesh: (its name, sentences, what `_collect` takes)."""
     notes, failure = [], None
-    for way in ways(creases, settings):
+    for way in ways(creases, settings, working.surface.face_count <= MOST_TO_HALVE):
         if notes and sum(run.seconds.values()) > PATIENCE:
             break
         try:
@@ -149,6 +154,8 @@ def _decompose_along(run: Run, working: WorkingSurface, way: Way):
     """All stages on the surface cut along feature edges: what `_collect` takes."""
     settings = way.settings
     with run.stage("surface"):
+        if way.halved:
+            working = halved(working)
         crease = working.on_edges(way.crease)
         surface, constraints, face_origin, charts = _prepare(working, crease, settings)
     arrival, angle = _propagate(run, surface, constraints)

@@ -68,6 +68,24 @@ def refine(surface: TriangleSurface, polygon: np.ndarray, kept=None) -> WorkingS
     return WorkingSurface(surface, polygon, np.arange(len(surface.twin)))
 
 
+def halved(working: WorkingSurface) -> WorkingSurface:
+    """The same working surface with every edge cut at its middle, every triangle into four."""
+    surface, edge = working.surface, working.surface.edges
+    middle = np.empty(len(surface.twin), np.int64)
+    middle[edge] = surface.vertex_count + np.arange(len(edge))
+    inner = edge[surface.twin[edge] >= 0]
+    middle[surface.twin[inner]] = middle[inner]
+    added = 0.5 * (surface.points[surface.tail[edge]] + surface.points[surface.head[edge]])
+    points = np.concatenate([surface.points, added])
+    pieces = cut_triangles(points, surface.triangles, middle)
+    source = pieces.halfedge_origin
+    return WorkingSurface(
+        build_surface(points, pieces.triangles),
+        working.face_origin[pieces.face_origin],
+        np.where(source >= 0, working.halfedge_origin[source], -1),
+    )
+
+
 def _longest_allowed(surface):
     """(components,) float64, length from which edges are cut."""
     count = surface.component_count

@@ -1,6 +1,7 @@
 """The ways to a valid mesh, in the order in which they are tried. (method section 8)
 
 direct              the chosen relaxation and all feature edges
+finer field         the field on triangles cut into four: for details that are a few of them wide
 other field         another relaxation, then the chosen one from a disturbed start
 finer quads         twice as many quads along every line: room where quads had folded over
 fewer feature edges without those that end inside the surface, at last without any
@@ -29,12 +30,14 @@ class Way:
     crease    (3F,) bool, feature halfedges to keep
     settings  Settings of this attempt
     seed      of the disturbance of the crosses before they are relaxed; None without
+    halved    the field lives on the triangles of the working surface cut into four
     """
 
     name: str
     crease: np.ndarray
     settings: Settings
     seed: int | None = None
+    halved: bool = False
 
     def start(self, angle, constraints: Constraints) -> np.ndarray:
         """(V,) float64, the propagated crosses, disturbed where they are free and it is wanted."""
@@ -44,10 +47,11 @@ class Way:
         return np.where(constraints.fixed, angle, angle + noise)
 
 
-def ways(creases, settings: Settings) -> list[Way]:
+def ways(creases, settings: Settings, may_halve: bool = True) -> list[Way]:
     """All attempts before the midpoint split.
 
-    creases  list of (3F,) bool, feature halfedges, from all to none
+    creases    list of (3F,) bool, feature halfedges, from all to none
+    may_halve  False on surfaces of so many triangles that four times as many would take too long
     """
     first, second = (
         Way("other field", creases[0], replace(settings, relaxation=mode))
@@ -58,6 +62,7 @@ def ways(creases, settings: Settings) -> list[Way]:
         finer = replace(settings, edge_length=0.5 * settings.edge_length)
     return [
         Way("direct", creases[0], settings),
+        *([Way("finer field", creases[0], settings, halved=True)] if may_halve else []),
         first,
         *(Way("fewer feature edges", crease, settings) for crease in creases[1:]),
         second,

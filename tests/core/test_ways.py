@@ -53,7 +53,7 @@ def test_where_no_layout_is_found_every_triangle_is_split(name, monkeypatch):
     assert result.singularities.index_sum == result.singularities.expected_index_sum
 
 
-@pytest.mark.parametrize("times, way", [(0, "direct"), (1, "other field"), (3, "other field")])
+@pytest.mark.parametrize("times, way", [(0, "direct"), (1, "finer field"), (3, "other field")])
 def test_the_first_way_that_works_is_taken_and_named(times, way, monkeypatch):
     monkeypatch.setattr(pipeline, "fill_cells", failing(times))
     result = run("disc")
@@ -92,6 +92,32 @@ def test_ways_try_every_relaxation_and_all_creases():
         assert any(not way.crease.any() for way in tried)
 
 
+def test_large_surfaces_are_not_halved():
+    creases = [np.zeros(6, bool)]
+    assert any(way.halved for way in ways(creases, Settings()))
+    assert not any(way.halved for way in ways(creases, Settings(), may_halve=False))
+
+
+def test_teeth_two_triangles_wide_get_a_finer_field():
+    """A gear: the field between its teeth needs more triangles than the teeth are wide."""
+    sides = np.arange(84)
+    angle = 2 * np.pi * (sides // 4 + np.array([0, 0.2, 0.6, 0.8])[sides % 4]) / 21
+    rim = np.array([0.8, 1, 1, 0.8])[sides % 4] * np.exp(1j * angle)
+    place = np.concatenate([rim, 0.2 * np.exp(-2j * np.pi * np.arange(33) / 33)])
+    polygon = [*range(84), 0, *range(84, 117), 84]  # to the hole, round it and back
+    points = np.stack([place.real, place.imag, 0 * place.real], 1)
+    result = decompose(points, [polygon], Settings(quad_count=1000))
+    assert result.way in ("direct", "finer field")
+    assert len(result.singularities) == 0 and result.quads.scaled_jacobian.min() > 0.5
+
+
+def test_the_time_of_a_failed_stage_counts():
+    run = pipeline.Run()
+    with pytest.raises(LayoutError), run.stage("lines"):
+        raise LayoutError("No layout.")
+    assert "lines" in run.seconds
+
+
 def test_a_disturbance_is_repeatable_and_leaves_fixed_crosses():
     surface = surfaces.disc(5)
     constraints = boundary_constraints(surface, 0.3)
@@ -114,5 +140,5 @@ def test_a_fault_of_the_program_is_told_and_another_way_taken(monkeypatch):
 
     monkeypatch.setattr(pipeline, "fill_cells", slip)
     result = run("disc")
-    assert result.way == "other field" and np.all(result.quads.scaled_jacobian > 0)
+    assert result.way == "finer field" and np.all(result.quads.scaled_jacobian > 0)
     assert any("fault in the program (IndexError" in warning for warning in result.warnings)
