@@ -20,6 +20,9 @@ SMALLEST = 150  # levels of at most this size are solved directly
 STRONG = 0.25  # share of the largest entry of a row that makes a neighbour strong
 DAMPING = 4 / 3  # of the inverse absolute row sums; convergent below 2
 ENOUGH = 0.25  # residual reduction by the first coarse step that makes the second one superfluous
+# Entries that differ by less than this share are the same: the aggregates of a symmetric mesh must
+# not hang on rounding.
+SAME = 1e-7
 
 
 @dataclass(frozen=True)
@@ -166,14 +169,14 @@ def _strong_entries(matrix):
     row, column = matrix.row, matrix.column
     size = np.where(row == column, 0.0, np.abs(matrix.value))
     largest = np.maximum.reduceat(size, matrix.row_offset[:-1])
-    keep = np.flatnonzero((row == column) | (size > 0) & (size >= STRONG * largest[row]))
+    keep = np.flatnonzero((row == column) | (size > 0) & (size >= (1 - SAME) * STRONG * largest[row]))
     start = np.searchsorted(row[keep], np.arange(matrix.size))
     return row[keep], column[keep], matrix.value[keep], start
 
 
 def _first_largest(strength, row, start):
     """(n,) int64, the first of the largest entries of each row."""
-    largest = np.flatnonzero(strength == np.maximum.reduceat(strength, start)[row])
+    largest = np.flatnonzero(strength >= (1 - SAME) * np.maximum.reduceat(strength, start)[row])
     return largest[np.flatnonzero(np.diff(row[largest], prepend=-1))]
 
 
@@ -185,7 +188,7 @@ def _roots(matrix, row, column, start):
     """
     size = matrix.size
     shuffled = np.random.default_rng(0).permutation(size)
-    tie = np.frexp(matrix.absolute_row_sum())[1].astype(np.int64)
+    tie = np.frexp((1 + SAME) * matrix.absolute_row_sum())[1].astype(np.int64)
     priority = (tie - tie.min()) // 2 * size + shuffled + 1
     root = np.zeros(size, bool)
     while priority.any():
