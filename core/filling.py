@@ -21,6 +21,7 @@ from .quality import scaled_jacobian
 from .settings import Settings
 from .smoothing import smooth
 from .surface import TriangleSurface
+from .worst_quads import mend_worst_quads
 
 # Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
 # other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
@@ -71,7 +72,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
 
 def _fill_coarsely(surface, layout: Layout, settings, draft: Draft) -> Filling:
     """The Filling of a coarse layout's fine quads."""
-    placement = draft.placement
+    placement = mend_worst_quads(surface, draft.placement, draft.layout.quad)
     face_quad = quads_over_faces(surface, placement, draft.layout.quad)
     if draft.sheets is not None:
         placement = draft.sheets.joined(layout.gluing.charts, placement)
@@ -101,7 +102,8 @@ def place_and_smooth(
     cells, gluing = layout.cell_mesh, layout.gluing
     if gluing is None:
         placement = place_vertices(surface, layout.complex, cells, quads, length, mapped)
-        return smooth(surface, placement, quads.quad, edge_length, cancelled)
+        placement = smooth(surface, placement, quads.quad, edge_length, cancelled)
+        return mend_worst_quads(surface, placement, quads.quad, cancelled)
     placement = place_vertices(
         surface, gluing.complex, cells, sheets.layout, length[gluing.arc], mapped
     )
@@ -109,6 +111,7 @@ def place_and_smooth(
     placement = smooth(
         surface, placement, sheets.layout.quad, edge_length, cancelled, sheets.across
     )
+    placement = mend_worst_quads(surface, placement, sheets.layout.quad, cancelled)
     return sheets.joined(gluing.charts, placement)
 
 

@@ -1,0 +1,144 @@
+"""Local search where a smooth mesh still has bad quads: their vertices try several places each.
+
+Minimising an energy moves the mesh as a whole and stops where sharp folds that are no creases bend
+single quads. There the vertices of the worst quads are walked to places round about them, and take
+the best one if their quads become better; no two vertices of one quad move at once. (method
+section 10)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .errors import Cancelled
+from .placement import Placement
+from .projection import surface_normal, walk
+from .quality import scaled_jacobian
+from .surface import TriangleSurface
+
+# Quads worse than this are searched, and the best they are asked for is this much better.
+GOOD_ENOUGH, MARGIN = 0.6, 0.1
+# Most quads searched in a round, most rounds, and rounds that may pass without the worst scaled
+# Jacobian or the number of inverted quads getting better by the least progress.
+_MOST_QUADS, _ROUNDS, _PATIENCE, _LEAST_PROGRESS = 200, 100, 8, 0.01
+# Directions and distances, in mean lengths of the edges at the vertex, of the places tried.
+_DIRECTIONS, _DISTANCES = 12, (0.5, 0.25, 0.1, 0.04)
+# A quad costs exp(-_STEEPNESS * scaled Jacobian) + _UNEVENNESS * log(ratio of opposite edges)^2.
+_STEEPNESS, _UNEVENNESS = 8.0, 0.02
+_LEAST_GAIN = 1e-4
+
+
+def mend_worst_quads(
+    surface: TriangleSurface, placement: Placement, quad, cancelled=None
+) -> Placement:
+    """Move inner vertices near the worst quads of a mesh, so that these become better.
+
+    quad  (Q, 4) int64, counter-clockwise
+
+    Vertices on the boundary stay. Returns the placement whose worst quads are the best; never worse
+    than the given one. Raises Cancelled.
+    """
+    quad = np.asarray(quad, np.int64)
+    best, best_score, waited = placement, None, 0
+    for _ in range(_ROUNDS):
+        if cancelled is not None and cancelled():
+            raise Cancelled("The computation was cancelled.")
+        normal = surface_normal(surface, placement.face, placement.point)
+        shape = scaled_jacobian(placement.point, quad, normal)
+        score = -float((shape <= 0).sum()) if (shape <= 0).any() else shape.min()
+        if best_score is None or score > best_score + _LEAST_PROGRESS:
+            best, best_score, waited = placement, score, 0
+        waited += 1
+        if score >= GOOD_ENOUGH or waited > _PATIENCE:
+            break
+        placement = _one_round(surface, placement, quad, normal, shape)
+        if placement is None:
+            break
+    return best
+
+
+def _one_round(surface, placement, quad, normal, shape) -> Placement | None:
+    """The best moves of one round, None where there are none."""
+    worst = np.argsort(shape, kind="stable")[:_MOST_QUADS]
+    vertex = np.unique(quad[worst[shape[worst] < GOOD_ENOUGH]])
+    vertex = vertex[~placement.fixed[vertex] & (placement.loop[vertex] < 0)]
+    if not len(vertex):
+        return None
+    owner, place, around = _incidences(quad, vertex, len(placement.point))
+    point, face = _places(surface, placement, quad, vertex, owner, around)
+    tried = surface_normal(surface, face.ravel(), point.reshape(-1, 3)).reshape(point.shape)
+    cost = _costs(placement.point, normal, quad[around], place, point[owner], tried[owner])
+    total = np.stack([np.bincount(owner, column, len(vertex)) for column in cost.T], axis=1)
+    gain = total[:, 0] - total.min(1)
+    chosen = _alone_in_their_quads(gain, owner, around, len(quad))
+    if not len(chosen):
+        return None
+    best = total[chosen].argmin(1)
+    new_point, new_face = placement.point.copy(), placement.face.copy()
+    new_point[vertex[chosen]] = point[chosen, best]
+    new_face[vertex[chosen]] = face[chosen, best]
+    return replace(placement, point=new_point, face=new_face)
+
+
+def _incidences(quad, vertex, count):
+    """For every quad round each vertex: number of the vertex, its corner there, and the quad."""
+    number = np.full(count, -1)
+    number[vertex] = np.arange(len(vertex))
+    around, place = np.nonzero(number[quad] >= 0)
+    return number[quad[around, place]], place, around
+
+
+def _places(surface, placement, quad, vertex, owner, around):
+    """Places (n, K, 3) and triangles (n, K) to try, the first one where the vertex is."""
+    corner = placement.point[quad[around]]
+    size = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).mean(1)
+    size = np.bincount(owner, size, len(vertex)) / np.bincount(owner, minlength=len(vertex))
+    face = placement.face[vertex]
+    across = surface.face_normal[face]
+    first = np.cross(np.eye(3)[np.abs(across).argmin(1)], across)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(across, first)
+    turn = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    step = np.multiply.outer(_DISTANCES, np.stack([np.cos(turn), np.sin(turn)], 1)).reshape(-1, 2)
+    step = np.concatenate([np.zeros((1, 2)), step])
+    move = step[:, :1] * first[:, None] + step[:, 1:] * second[:, None]
+    move *= size[:, None, None]
+    start = np.repeat(placement.point[vertex], len(step), axis=0)
+    end, triangle = walk(surface, start, np.repeat(face, len(step)), move.reshape(-1, 3))
+    return end.reshape(move.shape), triangle.reshape(move.shape[:2])
+
+
+def _costs(points, normal, quad, place, point, tried):
+    """(n, K) float64, cost of each quad with one corner at each of K places.
+
+    quad (n, 4), place (n,) the corner that moves; point, tried (n, K, 3) its places and normals
+    """
+    count, places = point.shape[:2]
+    row = np.arange(count)
+    corner = np.repeat(points[quad][:, None], places, axis=1)
+    corner[row, :, place] = point
+    side = np.repeat(normal[quad][:, None], places, axis=1)
+    side[row, :, place] = tried
+    corner, side = corner.reshape(-1, 3), side.reshape(-1, 3)
+    number = np.arange(len(corner)).reshape(-1, 4)
+    shape = np.minimum(scaled_jacobian(corner, number, side), GOOD_ENOUGH + MARGIN)
+    corner = corner.reshape(-1, 4, 3)
+    length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
+    ratio = np.log(np.maximum(length, 1e-300))
+    uneven = (ratio[:, 0] - ratio[:, 2]) ** 2 + (ratio[:, 1] - ratio[:, 3]) ** 2
+    cost = np.exp(-_STEEPNESS * shape) + _UNEVENNESS * uneven
+    return cost.reshape(count, places)
+
+
+def _alone_in_their_quads(gain, owner, around, quad_count):
+    """Numbers of the vertices that gain more than all others in their quads."""
+    order = np.lexsort((np.arange(len(gain)), gain))
+    rank = np.empty(len(gain), np.int64)
+    rank[order] = np.arange(len(gain))
+    top = np.full(quad_count, -1)
+    np.maximum.at(top, around, rank[owner])
+    beaten = np.zeros(len(gain), bool)
+    beaten[owner[top[around] > rank[owner]]] = True
+    return np.flatnonzero(~beaten & (gain > _LEAST_GAIN))
