@@ -32,6 +32,41 @@ def test_an_exchange_finds_what_the_first_choice_misses():
     assert np.flatnonzero(chosen).tolist() == [1, 2, 3]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_lines_of_two_directions(seed):
+    """Rows and columns of a grid with some squares marked: Koenig's theorem on the marks."""
+    marks = np.random.default_rng(seed).random((30, 40)) < 0.06
+    pairs = np.argwhere(marks) + [0, 30]
+    chosen = independent_set(np.ones(70, bool), pairs, np.zeros(70))
+    assert not chosen[pairs].all(1).any()
+    # The others cover all marks; marks that share no row and no column are as many.
+    apart, rows, columns = 0, set(), set()
+    for row, column in _matching(marks):
+        assert marks[row, column] and row not in rows and column not in columns
+        rows.add(row)
+        columns.add(column)
+        apart += 1
+    assert (~chosen).sum() == apart
+
+
+def _matching(marks):
+    """Pairs of rows and columns, as many as there can be, by augmenting paths."""
+    partner = {}
+
+    def augment(row, seen):
+        for column in np.flatnonzero(marks[row]).tolist():
+            if column not in seen:
+                seen.add(column)
+                if column not in partner or augment(partner[column], seen):
+                    partner[column] = row
+                    return True
+        return False
+
+    for row in range(len(marks)):
+        augment(row, set())
+    return [(row, column) for column, row in partner.items()]
+
+
 def test_preference_decides_between_equals():
     pairs = np.array([[0, 1]])
     for preference in ([0.0, 1.0], [1.0, 0.0]):

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from core import pipeline
 from core.blocks import find_blocks
 from core.divisions import redivide
 from core.errors import LayoutError
+from core.midpoint import split_at_midpoints
 from core.pipeline import decompose
 from core.settings import Settings
 from core.t_layout import build_t_layout, find_t_edges, verify_t_layout
@@ -79,6 +81,11 @@ def test_rectilinear_plates_have_the_fewest_rectangles(seed):
     generator = np.random.default_rng(seed)
     mask = random_mask(generator, int(generator.integers(5, 13)))
     assert layouts(*plate_quads(mask))[1].count == fewest_rectangles(mask)
+
+
+def test_a_sieve_has_the_fewest_rectangles():
+    mask = random_mask(np.random.default_rng(1), 60, 0.9)
+    assert layouts(*plate_quads(mask))[1].count == fewest_rectangles(mask) == 266
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -206,6 +213,29 @@ def test_the_report_says_that_blocks_do_not_conform(runs):
     assert joined["conforming"] is False and joined["conforming_count"] == conforming["count"]
     assert len(joined["divisions"]) == joined["count"]
     assert sum(m * n for m, n in joined["divisions"]) == len(runs[1].quads.quads)
+
+
+def test_conforming_blocks_stand_in_for_a_layout_that_is_not_valid(monkeypatch):
+    def refuse(*_):
+        raise LayoutError("The T-layout is not valid (a reason): the blocks conform instead.")
+
+    monkeypatch.setattr(pipeline, "verify_t_layout", refuse)
+    surface = surfaces.lshape(6)
+    result = decompose(surface.points, surface.triangles, Settings(quad_count=60, t_junctions=True))
+    assert result.layout is result.blocks and result.report()["blocks"]["conforming"]
+    assert any("a reason" in warning for warning in result.warnings)
+    assert result.polygon_block.max() == result.blocks.count - 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_quads_in_every_triangle(seed):
+    """The midpoint split: nearly every vertex is irregular, blocks are as small as quads."""
+    surface = surfaces.crumpled(surfaces.regular_polygon(7, 4, seed=seed), 0.1)
+    result = split_at_midpoints(
+        surface, np.zeros(len(surface.twin), bool), np.zeros(surface.vertex_count, bool), Settings()
+    )
+    blocks, layout = layouts(result.quads.quads, len(result.quads.points))
+    assert 1 <= layout.count <= blocks.count
 
 
 def test_new_divisions_keep_the_t_layout(runs):
