@@ -1,4 +1,7 @@
-"""Blocks: the base complex of a quad mesh, every block a grid with four distinct corners."""
+"""Conforming blocks: the base complex of a quad mesh, every block a grid with four distinct corners.
+
+`t_layout` joins them to fewer blocks that do not conform.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from .surface import connected_components
 
 @dataclass(frozen=True)
 class Blocks:
-    """The multi-block decomposition of a quad mesh.
+    """The conforming multi-block decomposition of a quad mesh: blocks share whole sides.
 
     quad_block   (Q,) int64, block of each quad
     shape        (B, 2) int64, quads along the first and second direction

@@ -1,4 +1,8 @@
-"""Chords: block edges that face each other across blocks and so share one number of divisions."""
+"""Chords: block edges that face each other across blocks and so share one number of divisions.
+
+Edges are those of conforming blocks; where these are joined to a T-layout, its sides are divided as
+the edges along them.
+"""
 
 from __future__ import annotations
 

@@ -76,7 +76,8 @@ def find_t_edges(points, blocks: Blocks, crease=()) -> np.ndarray:
 
     points  (P, 3) float64
     blocks  Blocks, the base complex of the quad mesh: all lines between T-blocks are block edges
-    crease  (n, 2) int, end vertices of inner edges that no block may straddle
+    crease  (n, 2) int, end vertices of inner edges that no block may straddle; lines of them end
+            at block corners
 
     Every irregular vertex inside is a corner of all blocks round it; elsewhere one quad at a vertex
     makes a corner of a block and two a straight side. Lines that join two such vertices but wind

@@ -11,6 +11,7 @@ from core.divisions import redivide
 from core.errors import LayoutError
 from core.midpoint import split_at_midpoints
 from core.pipeline import decompose
+from core.quad_connectivity import connect_quads
 from core.settings import Settings
 from core.t_layout import build_t_layout, find_t_edges, verify_t_layout
 from tests.core import creased, surfaces
@@ -24,7 +25,8 @@ def layouts(quad, count, crease=(), points=None):
     if points is None:
         points = 1e-3 * np.random.default_rng(0).random((count, 3))
         points[0] = 1.0
-    blocks = find_blocks(quad, count, np.zeros(count, bool), crease)
+    ends = np.bincount(np.asarray(crease, np.int64).ravel(), minlength=count)
+    blocks = find_blocks(quad, count, (ends > 0) & (ends != 2), crease)
     layout = build_t_layout(quad, blocks, find_t_edges(points, blocks, crease))
     verify_t_layout(layout, quad, crease)
     return blocks, layout
@@ -126,6 +128,16 @@ def test_a_closed_feature_line_with_corners():
     _, layout = layouts(quad, count, square_ring(3, 6, 10))
     # Inside one; outside no two of the four reflex corners lie on one line: a pinwheel of four.
     assert layout.count == 5 and layout.junction_count == 4
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_feature_edges(seed):
+    generator = np.random.default_rng(seed)
+    meshes = [slab_quads(random_mask(generator, 6))[:2], grid(7, 5, (True, seed % 2 == 0), seed % 3)]
+    for quad, count in meshes:
+        edges = connect_quads(quad, count).edge_vertex
+        blocks, layout = layouts(quad, count, edges[generator.random(len(edges)) < 0.05])
+        assert layout.count <= blocks.count
 
 
 def test_parts_are_laid_out_each_for_itself():
