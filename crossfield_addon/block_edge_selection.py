@@ -50,16 +50,34 @@ class BlockEdge:
 
 
 def active_block_edge(active) -> BlockEdge | None:
-    """The block edge that was selected last in edit mode of a block mesh, or None."""
+    """The block edge that was selected last in edit mode of a block mesh, or None.
+
+    Where none was selected alone, the first one of those that are selected.
+    """
     if active is None or active.get(ROLE) != "blocks" or active.mode != "EDIT":
         return None
     edited = bmesh.from_edit_mesh(active.data)
     edge = edited.select_history.active
+    if not isinstance(edge, bmesh.types.BMEdge):
+        edge = next((e for e in edited.edges if e.select), None)
     layers = edited.edges.layers.int
     names = "block_edge", "divisions", "lock_state"
-    if not isinstance(edge, bmesh.types.BMEdge) or not all(name in layers for name in names):
+    if edge is None or not all(name in layers for name in names):
         return None
     return BlockEdge(*(edge[layers[name]] for name in names))
+
+
+def present_divisions(active) -> int:
+    """Divisions of a block edge that is selected in edit mode, or 0; as a number to start from."""
+    if active is not None and active.get(ROLE) == "edges":
+        counts = [
+            len(spline.points) - 1
+            for spline in active.data.splines
+            if any(point.select for point in spline.points)
+        ]
+        return counts[0] if counts else 0
+    edge = active_block_edge(active)
+    return 0 if edge is None else edge.divisions
 
 
 def select_edges(active, edges) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.chords import find_chords
 from ..core.errors import InputError
 from . import results, shown_result
-from .block_edge_selection import select_edges, selected_edges
+from .block_edge_selection import present_divisions, select_edges, selected_edges
 from .operators import draw_size, fill_in
 from .properties import SettingProperties
 from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
@@ -65,11 +65,12 @@ class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
 
     def invoke(self, context, event):
         if not self.properties.is_property_set("divisions"):
-            self.divisions = _present_count(context) or self.divisions
+            self.divisions = present_divisions(context.object) or self.divisions
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context):
         self.layout.use_property_split = True
+        self.layout.activate_init = True  # so that a number can be typed at once
         self.layout.prop(self, "divisions")
 
     def wish(self, context, collection, computed, before, edges):
@@ -171,17 +172,3 @@ class CROSSFIELD_OT_edit_block_edges(ReportingOperator, bpy.types.Operator):
         bpy.ops.object.mode_set(mode="EDIT")
         context.tool_settings.mesh_select_mode = False, True, False
         return {"FINISHED"}
-
-
-def _present_count(context):
-    """Divisions of the first selected block edge, or 0."""
-    collection = results.find_collection(context.object)
-    with results_in_object_mode(collection.objects):
-        blocks = results.find_object(collection, "blocks")
-        edges = selected_edges(context.object, blocks)
-        if not len(edges):
-            return 0
-        mesh = blocks.data
-        number = results.read_numbers(mesh, "EDGE", "block_edge")
-        count = results.read_numbers(mesh, "EDGE", "divisions")
-    return int(count[number == edges[0]][0])

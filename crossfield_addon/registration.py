@@ -10,6 +10,7 @@ from . import (
     operator_export,
     operator_quality,
     operators,
+    overlay,
     panel,
     properties,
 )
@@ -34,6 +35,7 @@ _CLASSES = (
     panel.CROSSFIELD_PT_export,
 )
 _commands = []
+_handlers = []
 
 
 def register():
@@ -42,6 +44,7 @@ def register():
         bpy.utils.register_class(cls)
     bpy.types.Scene.crossfield = bpy.props.PointerProperty(type=properties.CrossfieldSettings)
     bpy.types.TOPBAR_MT_file_export.append(operator_export.draw_menu)
+    _handlers.append(overlay.add_handler())
     if hasattr(bpy.utils, "register_cli_command"):
         _commands.append(bpy.utils.register_cli_command("crossfield", command_line.main))
 
@@ -50,6 +53,8 @@ def unregister():
     """The reverse of `register`; settings stored in the open file stay in the file."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    while _handlers:
+        overlay.remove_handler(_handlers.pop())
     bpy.types.TOPBAR_MT_file_export.remove(operator_export.draw_menu)
     del bpy.types.Scene.crossfield
     for cls in reversed(_CLASSES):

@@ -197,3 +197,33 @@ def test_wall_spacing_by_loop_and_by_material():
     loops = {"first_height": 0.01, "walls": "LOOPS"}
     assert refused(lambda: decompose(wall_loops="7", **loops), "loop 7")
     assert refused(lambda: decompose(wall_loops="two", **loops), "'two'")
+
+
+@in_blender
+def test_labels_at_the_block_edges_in_edit_mode():
+    import importlib
+
+    import bpy
+    import numpy as np
+
+    from tests.addon.blender_process import EXTENSION
+    from tests.addon.scenes import add_ring, edge_values, result, select_block_edges
+
+    overlay = importlib.import_module(f"{EXTENSION}.crossfield_addon.overlay")
+    selection = importlib.import_module(f"{EXTENSION}.crossfield_addon.block_edge_selection")
+    source = add_ring(around=96)
+    bpy.ops.crossfield.decompose(quad_count=400)
+    assert overlay.edge_labels(bpy.context.object) == []
+    bpy.ops.crossfield.lock_divisions(edge=2, divisions=11)
+    bpy.ops.crossfield.edit_block_edges()
+    labels = overlay.edge_labels(bpy.context.object)
+    select_block_edges(bpy.context.object, [2])
+    assert selection.active_block_edge(bpy.context.object).sentence() == "Edge 2: 11 quads, locked"
+    assert selection.present_divisions(bpy.context.object) == 11
+    bpy.ops.object.mode_set(mode="OBJECT")
+    values = edge_values(result(source, "blocks"))
+    assert [text for _, text, _ in labels] == [str(n) for n in values["divisions"]]
+    assert [state for _, _, state in labels] == values["lock_state"].tolist()
+    # They stand on the curves: on the two circles, not on the chords inside them.
+    radius = np.array([place.length for place, _, _ in labels])
+    assert (np.abs(radius - 0.5) < 0.01).sum() == (np.abs(radius - 1) < 0.01).sum() == 3
