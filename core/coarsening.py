@@ -220,7 +220,7 @@ def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
         fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
     except LayoutError:
         return None
-    fine = _along_walls(board, board.follow(fine, draft), draft)
+    fine = _along_walls(board, board.follow(fine, draft), draft, goal)
     fine = board.smoothed(fine, _FINE_STAGES)
     if fine.worst < _FINE_SHARE * draft.worst:
         again = board.smoothed(fine, STAGES)
@@ -228,16 +228,20 @@ def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
     return fine if fine.worst > 0 else None
 
 
-def _along_walls(board: DraftBoard, fine: Draft, draft: Draft) -> Draft:
-    """More divisions where the boundary strays too far from the straight edges of the quads."""
+def _along_walls(board: DraftBoard, fine: Draft, draft: Draft, goal) -> Draft:
+    """Divided anew where the boundary strays too far from the straight edges of the quads.
+
+    There the chords count as wider than they are; the number of quads stays as it was wanted.
+    """
+    width, row, alive = board.widths(draft), board.rows(draft), draft.division > 0
     for _ in range(_MOST_REFINEMENTS):
         size = np.sqrt(board.surface.face_area.sum() / len(fine.quads.quad))
         excess = board.straying(fine) / (_STRAYING * size)
         if excess.max(initial=0.0) <= 1:
             break
-        more = np.ceil(fine.division * np.sqrt(np.clip(excess, 1.0, 4.0)) - 1e-9).astype(np.int64)
+        width = width * np.sqrt(np.clip(excess, 1.0, 4.0))
         try:
-            fine = board.follow(board.connect(more), draft)
+            fine = board.follow(board.connect(goal.divide(board, width, row, alive)), draft)
         except LayoutError:
             break
     return fine

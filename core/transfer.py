@@ -18,6 +18,9 @@ from .projection import closest_point, expand_ranges
 from .quads import QuadLayout
 from .surface import TriangleSurface
 
+# Points nearer to the surface than this share of its diameter lie on it.
+_ON_SURFACE = 1e-9
+
 
 def transfer(
     surface: TriangleSurface,
@@ -109,16 +112,35 @@ def _inner_candidates(surface, chords, old, division, layout, wall: Candidates):
     cell, place = expand_ranges(np.zeros_like(m), np.diff(layout.grid_offset))
     column, row = place % (m[cell] + 1), place // (m[cell] + 1)
     x, y = along[offset[2 * cell] + column], along[offset[2 * cell + 1] + row]
-    point, nearest = _in_old_grid(old_layout, placement, cell, x, y)
+    point, around = _in_old_grid(old_layout, placement, cell, x, y)
     _follow_walls(old_layout, layout, wall, cell, (column, row), (x, y), point)
     vertex, count = layout.grid_vertex, np.bincount(layout.grid_vertex)
     mean = np.stack([np.bincount(vertex, point[:, k]) for k in range(3)], 1) / count[:, None]
-    start = np.empty(layout.vertex_count, np.int64)
-    start[vertex] = nearest
+    start = np.empty((layout.vertex_count, 4), np.int64)
+    start[vertex] = around
     inner = np.flatnonzero(layout.vertex_loop < 0)
-    point, face = closest_point(surface, mean[inner], placement.face[start[inner]])
+    point, face = _closest_from(surface, mean[inner], placement.face[start[inner]])
     none = np.full(len(inner), -1)
     return Candidates(inner, point, face, none, np.zeros(len(inner)), np.full(len(inner), PLAIN))
+
+
+def _closest_from(surface, points, start):
+    """The closest of the places (n, 3) on the surface found from several triangles each, (n, k).
+
+    A search that descends from one triangle may end where another one passes by; starts farther
+    away than the corners of the old quad would lead to other sheets of the surface.
+    """
+    point, face = closest_point(surface, points, start[:, 0])
+    gap = np.linalg.norm(point - points, axis=1)
+    for k in range(1, start.shape[1]):
+        apart = np.flatnonzero(gap > _ON_SURFACE * surface.diameter)
+        other, other_face = closest_point(surface, points[apart], start[apart, k])
+        other_gap = np.linalg.norm(other - points[apart], axis=1)
+        nearer = other_gap < gap[apart] * (1 - 1e-9)
+        chosen = apart[nearer]
+        point[chosen], face[chosen] = other[nearer], other_face[nearer]
+        gap[chosen] = other_gap[nearer]
+    return point, face
 
 
 def _follow_walls(old_layout, layout, wall, cell, lattice, coordinates, point):
@@ -147,7 +169,10 @@ def _follow_walls(old_layout, layout, wall, cell, lattice, coordinates, point):
 
 
 def _in_old_grid(layout, placement, cell, x, y):
-    """Bilinear places (n, 3) at coordinates of the old grids, and the nearest old vertex (n,)."""
+    """Bilinear places (n, 3) at coordinates of the old grids, and the old vertices around (n, 4).
+
+    The nearest one comes first.
+    """
     m, n = layout.cell_shape[cell].T
     column = np.clip(np.floor(x).astype(np.int64), 0, np.maximum(m - 1, 0))
     row = np.clip(np.floor(y).astype(np.int64), 0, np.maximum(n - 1, 0))
@@ -160,5 +185,8 @@ def _in_old_grid(layout, placement, cell, x, y):
     corners = [[vertex(column + i, row + j) for i in (0, 1)] for j in (0, 1)]
     (a, b), (c, d) = [[placement.point[v] for v in pair] for pair in corners]
     point = (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
-    nearest = vertex(np.rint(x).astype(np.int64), np.rint(y).astype(np.int64))
-    return point, nearest
+    right, up = (s[:, 0] > 0.5).astype(np.int64), (t[:, 0] > 0.5).astype(np.int64)
+    around = [
+        vertex(column + np.abs(right - i), row + np.abs(up - j)) for i in (0, 1) for j in (0, 1)
+    ]
+    return point, np.stack(around, axis=1)
