@@ -10,11 +10,12 @@ from .coarsening import coarsen, thin_blocks
 from .covering import quads_over_faces
 from .decomposition import QuadMesh
 from .drafts import Draft, source_vertices
-from .errors import LayoutError
+from .errors import Cancelled, LayoutError
 from .gluing import build_sheets, crease_edges, synchronise, verify_sheets
 from .layout import Layout
 from .lengths import scale_to_count, solve_lengths
 from .mapping import map_cells, place_vertices
+from .patience import Patience
 from .placement import Placement
 from .quads import QuadLayout, verify_lengths
 from .quality import scaled_jacobian
@@ -26,6 +27,11 @@ from .worst_quads import mend_worst_quads
 # Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
 # other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
 LEAST_FACTOR = 0.6
+# CPU seconds that a coarse layout may take before the cells are filled as they are.
+COARSE_SECONDS = 30.0
+_NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
+# Times that the cells are filled, each time with twice as many quads along those with folded ones.
+MOST_REFINEMENTS = 3
 # Times that arcs are lengthened before a layout counts as too coarse to fill.
 MOST_LENGTHENINGS = 8
 
@@ -55,11 +61,36 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
 
     Raises LayoutError where no valid quad mesh of about this size exists, Cancelled.
     """
+    notes = ()
     if settings.coarseness != "direct":
-        coarse = coarsen(surface, layout, settings, cancelled)
+        patience = Patience(COARSE_SECONDS, cancelled)
+        try:
+            coarse = coarsen(surface, layout, settings, patience)
+        except Cancelled:
+            if not patience.ran_out:
+                raise
+            coarse, notes = None, (_NO_TIME,)
         if coarse is not None:
-            return _fill_coarsely(surface, layout, settings, coarse)
-    length, quads = _verified_lengths(surface, layout, settings, cancelled)
+            return _fill_coarsely(surface, layout, settings, coarse, cancelled)
+    return replace(_fill_directly(surface, layout, settings, cancelled), warnings=notes)
+
+
+def _fill_directly(surface, layout: Layout, settings, cancelled) -> Filling:
+    """The Filling of the cells as they are; where quads would be inverted, with more of them."""
+    lower = np.ones(layout.complex.arc_count, np.int64)
+    for _ in range(MOST_REFINEMENTS):
+        filling, length = _fill_once(surface, layout, settings, lower, cancelled)
+        folded = filling.layout.quad_cell[filling.quads.scaled_jacobian <= 0]
+        if not len(folded):
+            break
+        slot = np.isin(layout.complex.slot_cell, folded)
+        arc = np.unique(layout.complex.side_halfarc[slot] // 2)
+        lower[arc] = 2 * length[arc]
+    return filling
+
+
+def _fill_once(surface, layout: Layout, settings, lower, cancelled):
+    length, quads = _verified_lengths(surface, layout, settings, lower, cancelled)
     mapped = map_cells(layout.complex, layout.cell_mesh, quads.cell_shape, length)
     edge_length = np.sqrt(surface.face_area.sum() / len(quads.quad))
     sheets = build_sheets(layout.gluing, quads, length) if layout.gluing is not None else None
@@ -67,12 +98,12 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         surface, layout, quads, length, mapped, sheets, edge_length, cancelled
     )
     face_quad = _quads_over_faces(surface, layout, quads, mapped)
-    return _collect(layout, quads, sheets, placement, face_quad, ())
+    return _collect(layout, quads, sheets, placement, face_quad, ()), length
 
 
-def _fill_coarsely(surface, layout: Layout, settings, draft: Draft) -> Filling:
+def _fill_coarsely(surface, layout: Layout, settings, draft: Draft, cancelled) -> Filling:
     """The Filling of a coarse layout's fine quads."""
-    placement = mend_worst_quads(surface, draft.placement, draft.layout.quad)
+    placement = mend_worst_quads(surface, draft.placement, draft.layout.quad, cancelled)
     face_quad = quads_over_faces(surface, placement, draft.layout.quad)
     if draft.sheets is not None:
         placement = draft.sheets.joined(layout.gluing.charts, placement)
@@ -115,10 +146,9 @@ def place_and_smooth(
     return sheets.joined(gluing.charts, placement)
 
 
-def _verified_lengths(surface, layout: Layout, settings, cancelled):
+def _verified_lengths(surface, layout: Layout, settings, lower, cancelled):
     """Lengths near the wanted size whose quads make the surface, and those quads."""
-    complex_ = layout.complex
-    lower = np.ones(complex_.arc_count, np.int64)
+    complex_, lower = layout.complex, lower.copy()
     for _ in range(MOST_LENGTHENINGS):
         length = _wanted_lengths(surface, complex_, settings, lower, cancelled)
         quads, short = verify_lengths(complex_, length, *layout.topology)

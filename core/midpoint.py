@@ -11,7 +11,9 @@ import numpy as np
 
 from .boundary import build_loops
 from .decomposition import QuadMesh
+from .errors import Cancelled
 from .filling import Filling
+from .patience import Patience
 from .placement import Placement
 from .quality import scaled_jacobian
 from .settings import Settings
@@ -20,6 +22,8 @@ from .surface import TriangleSurface, previous_halfedge
 
 # Most times that all quads are cut into four to come near the wanted number.
 MOST_CUTS = 4
+# CPU seconds that smoothing may take; the quads are valid without it.
+SMOOTHING_SECONDS = 25.0
 
 
 def split_at_midpoints(
@@ -38,7 +42,7 @@ def split_at_midpoints(
     for _ in range(_cuts(surface, settings)):
         mesh = _four_quads_each(surface, mesh)
     placement, quad, face, crease_edge = mesh
-    smoothed = smooth(surface, placement, quad, cancelled=cancelled)
+    smoothed = _smoothed(surface, placement, quad, cancelled)
     # Quads inside flat triangles are never inverted; smoothed across sharp folds they may be.
     if scaled_jacobian(smoothed.point, quad).min() > 0:
         placement = smoothed
@@ -55,6 +59,17 @@ def split_at_midpoints(
     face_quad = np.zeros(surface.face_count, np.int64)
     face_quad[face[::-1]] = np.arange(len(face))[::-1]
     return Filling(quads, None, placement, source, face_quad)
+
+
+def _smoothed(surface, placement, quad, cancelled):
+    """The placement smoothed if there is time for it."""
+    patience = Patience(SMOOTHING_SECONDS, cancelled)
+    try:
+        return smooth(surface, placement, quad, cancelled=patience)
+    except Cancelled:
+        if not patience.ran_out:
+            raise
+        return placement
 
 
 def _cuts(surface, settings):
