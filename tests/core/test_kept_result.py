@@ -79,6 +79,19 @@ def test_kept_twice_is_kept_once(made):
     assert all(np.array_equal(once[name], twice[name]) for name in once)
 
 
+def test_t_junctions_are_kept():
+    surface = MAKERS["cube"]()
+    settings = Settings(quad_count=300, t_junctions=True)
+    first = decompose(surface.points, surface.triangles, settings)
+    kept = to_arrays(first)
+    second = from_arrays(kept)
+    demand_alike(first, second, ("blocks", "layout"))
+    assert second.layout.count == first.layout.count <= first.blocks.count
+    kept["t_edges"] = kept["t_edges"][:-1]
+    with pytest.raises(InputError, match="decompose the mesh again"):
+        from_arrays(kept)
+
+
 def test_settings_of_other_versions_are_read():
     surface = MAKERS["octant"]()
     kept = to_arrays(decompose(surface.points, surface.triangles, Settings(quad_count=99)))
