@@ -67,8 +67,11 @@ class TLayout:
     @property
     def junction_count(self) -> int:
         """T-junctions: places where a corner of a block lies inside a side of a block."""
-        per_side = np.diff(self.side_offset)
-        return int((per_side - 1).sum())
+        later = np.ones(len(self.side_edge), bool)
+        later[self.side_offset[:-1]] = False
+        edge, forward = self.side_edge[later], self.side_forward[later]
+        start = np.where(forward, self.edge_offset[edge], self.edge_offset[edge + 1] - 1)
+        return int(np.isin(self.edge_vertex[start], self.corner).sum())
 
 
 def find_t_edges(points, blocks: Blocks, crease=()) -> np.ndarray:
