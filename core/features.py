@@ -71,6 +71,23 @@ def without_open_ends(surface: TriangleSurface, crease) -> np.ndarray:
         crease[gone] = crease[surface.twin[gone]] = False
 
 
+def without_chains_near(surface: TriangleSurface, crease, points, distance, kept) -> np.ndarray:
+    """(3F,) bool, the features left when pieces that come near some points are taken away.
+
+    points    (n, 3) float64; distance (n,) float64, how near to each, to the middle of an edge
+    kept      (3F,) bool, feature edges that stay
+    """
+    edge = surface.edges[(crease & ~kept)[surface.edges]]
+    chain, _ = find_chains(surface, edge)
+    middle = 0.5 * (surface.points[surface.tail[edge]] + surface.points[surface.head[edge]])
+    reach = distance + 0.5 * surface.edge_length[edge][:, None]
+    near = (np.linalg.norm(middle[:, None] - points, axis=2) < reach).any(1)
+    gone = edge[np.isin(chain, chain[near])]
+    crease = crease.copy()
+    crease[gone] = crease[surface.twin[gone]] = False
+    return crease
+
+
 def marked_features(surface: TriangleSurface, vertex_origin, pairs) -> np.ndarray:
     """Edges that the user marked: (3F,) bool.
 

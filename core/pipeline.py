@@ -15,17 +15,19 @@ from .blocks import find_blocks, verify_blocks
 from .charts import cut_along, share_nodes
 from .cleaning import CleanMesh, clean
 from .constraints import boundary_constraints
+from .creases import Creases
 from .cross_field import CrossField, build_cross_field
 from .curvature import guide_by_curvature
 from .decomposition import Decomposition
 from .distance import arrival_distance
 from .errors import Cancelled, LayoutError
-from .features import detect_features, marked_features, without_open_ends
+from .features import detect_features, marked_features
 from .filling import fill_cells
 from .jagged import smooth_jagged
 from .layout import trace_layout
 from .midpoint import split_at_midpoints
 from .numbering import numbered
+from .patience import Patience
 from .propagation import propagate
 from .refinement import split_boundary_chords
 from .relaxation import relax
@@ -36,7 +38,7 @@ from .surface import build_surface
 from .t_layout import build_t_layout, find_t_edges, verify_t_layout
 from .unit_frame import unit_frame
 from .user_coordinates import in_user_coordinates, settings_in_frame
-from .ways import MIDPOINT_SPLIT, Way, ways
+from .ways import DIRECT, FEWER_CREASES, MIDPOINT_SPLIT, Way, ways
 
 # Share of the whole work after which each stage ends, for the progress bar.
 STAGE_ENDS = {
@@ -44,7 +46,7 @@ STAGE_ENDS = {
     "quads": 0.95, "blocks": 1.0,
 }
 
-# CPU seconds after which no further way is tried but the last one, which never fails.
+# CPU seconds after which the way being tried is given up for the last one, which never fails.
 PATIENCE = 75.0
 # Triangles of a working surface that may be cut into four for another attempt.
 MOST_TO_HALVE = 12_000
@@ -105,35 +107,40 @@ def decompose(
         frame = unit_frame(mesh.points)
         inner = settings_in_frame(settings, frame)
         given = build_surface(frame.inward(mesh.points), mesh.triangles)
-        creases = _creases(given, mesh, inner, marked_edges)
-        working = refine(given, mesh.face_origin, kept=creases[0])
+        creases = _find_creases(given, mesh, inner, marked_edges)
+        working = refine(given, mesh.face_origin, kept=creases.all)
     way, notes, parts = _first_valid(run, working, creases, inner)
     result = _collect(run, settings, mesh, len(polygons), way, notes, *parts)
     return in_user_coordinates(result, frame)
 
 
-def _creases(whole, mesh: CleanMesh, settings, marked_edges):
-    """Feature edges to try, masks of halfedges: all, those without open ends, none at last."""
-    crease = np.zeros(len(whole.twin), bool)
+def _find_creases(given, mesh: CleanMesh, settings, marked_edges) -> Creases:
+    found = np.zeros(len(given.twin), bool)
     if settings.feature_angle is not None:
-        crease |= detect_features(whole, settings.feature_angle, settings.feature_follow_angle)
+        found = detect_features(given, settings.feature_angle, settings.feature_follow_angle)
+    marked = np.zeros_like(found)
     if marked_edges is not None and len(marked_edges):
-        crease |= marked_features(whole, mesh.vertex_origin, mesh.weld_target[marked_edges])
-    masks = [crease]
-    for simpler in (without_open_ends(whole, crease), np.zeros_like(crease)):
-        if simpler.sum() < masks[-1].sum():
-            masks.append(simpler)
-    return masks
+        marked = marked_features(given, mesh.vertex_origin, mesh.weld_target[marked_edges])
+    return Creases(given, found | marked, marked)
 
 
-def _first_valid(run: Run, working: WorkingSurface, creases, settings):
+def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
     """The first way that leads to a valid mesh: (its name, sentences, what `_collect` takes)."""
     notes, failure = [], None
-    for way in ways(creases, settings, working.surface.face_count <= MOST_TO_HALVE):
-        if notes and sum(run.seconds.values()) > PATIENCE:
+    left = ways(creases.masks(), settings, working.surface.face_count <= MOST_TO_HALVE)
+    while left:
+        way = left.pop(0)
+        patience = Patience(PATIENCE - sum(run.seconds.values()), run.cancelled)
+        if notes and patience():
             break
         try:
-            parts = _decompose_along(run, working, way)
+            parts = _decompose_along(run, working, way, patience)
+        except Cancelled:
+            if not patience.ran_out:
+                raise
+            failure = LayoutError(f"It took longer than {PATIENCE:.0f} seconds.")
+            notes.append(f"The {way.name} way was given up: {failure}")
+            break
         except (LayoutError, *_SLIPS) as error:
             if not isinstance(error, LayoutError):
                 error = LayoutError(f"{_SLIP} ({type(error).__name__}: {error}); please report it.")
@@ -141,16 +148,20 @@ def _first_valid(run: Run, working: WorkingSurface, creases, settings):
             failure = error
             continue
         filling = parts[-3]
-        inverted = 0 if filling is None else int((filling.quads.scaled_jacobian <= 0).sum())
-        if not inverted:
+        quads = None if filling is None else filling.quads
+        inverted = () if quads is None else quads.quads[quads.scaled_jacobian <= 0]
+        if not len(inverted):
             return way.name, notes, parts
-        notes.append(f"The {way.name} way failed: {inverted} quads would be inverted.")
+        notes.append(f"The {way.name} way failed: {len(inverted)} quads would be inverted.")
+        fewer = creases.without_near(way.crease, quads.points[inverted])
+        if way.name == DIRECT and fewer.sum() < way.crease.sum():
+            left.insert(0, Way(FEWER_CREASES, fewer, way.settings))
     if settings.stop_after != "quads":
         raise failure
-    return MIDPOINT_SPLIT, notes, _split_triangles(run, working, creases[0], settings)
+    return MIDPOINT_SPLIT, notes, _split_triangles(run, working, creases.all, settings)
 
 
-def _decompose_along(run: Run, working: WorkingSurface, way: Way):
+def _decompose_along(run: Run, working: WorkingSurface, way: Way, cancelled):
     """All stages on the surface cut along feature edges: what `_collect` takes."""
     settings = way.settings
     with run.stage("surface"):
@@ -160,7 +171,7 @@ def _decompose_along(run: Run, working: WorkingSurface, way: Way):
         surface, constraints, face_origin, charts = _prepare(working, crease, settings)
     arrival, angle = _propagate(run, surface, constraints)
     angle = way.start(angle, constraints)
-    field = _relax(run, surface, constraints, angle, settings.relaxation)
+    field = _relax(run, surface, constraints, angle, settings.relaxation, cancelled)
     layout = filling = blocks = None
     notes = []
     if settings.stop_after != "field":
@@ -168,10 +179,10 @@ def _decompose_along(run: Run, working: WorkingSurface, way: Way):
         if settings.lines == "full":
             limits = (settings.line_distance * surface.diameter, settings.line_turn)
         with run.stage("lines"):
-            layout = trace_layout(surface, constraints, field, limits, run.cancelled, charts)
+            layout = trace_layout(surface, constraints, field, limits, cancelled, charts)
     if settings.stop_after == "quads":
         with run.stage("quads"):
-            filling = fill_cells(surface, layout, settings, run.cancelled)
+            filling = fill_cells(surface, layout, settings, cancelled)
         blocks = _find_blocks(run, filling)
         notes = list(filling.warnings)
     return surface, charts, face_origin, constraints, arrival, field, layout, filling, blocks, notes
@@ -180,7 +191,7 @@ def _decompose_along(run: Run, working: WorkingSurface, way: Way):
 def _split_triangles(run: Run, working: WorkingSurface, crease, settings):
     """The last way, which never fails: the field as it is, and quads without it."""
     way = Way(MIDPOINT_SPLIT, crease, replace(settings, stop_after="field"))
-    parts = list(_decompose_along(run, working, way))
+    parts = list(_decompose_along(run, working, way, run.cancelled))
     surface, charts, _, constraints = parts[:4]
     whole, feature = surface, np.zeros(len(surface.twin), bool)
     if charts is not None:
@@ -241,9 +252,9 @@ def _propagate(run: Run, surface, constraints):
     return arrival, angle
 
 
-def _relax(run: Run, surface, constraints, angle, mode) -> CrossField:
+def _relax(run: Run, surface, constraints, angle, mode, cancelled) -> CrossField:
     with run.stage("relaxation"):
-        angle = relax(surface, constraints, angle, mode, run.cancelled)
+        angle = relax(surface, constraints, angle, mode, cancelled)
         return build_cross_field(surface, angle, constraints)
 
 
@@ -253,7 +264,7 @@ def _count_notes(quad_count, block_count, settings):
         return []
     return [
         f"{quad_count:,} quads instead of {settings.quad_count:,}: with {block_count:,} blocks this "
-        "is the nearest number that keeps every block at least one quad wide."
+        "is the nearest number that keeps their quads in shape."
     ]
 
 

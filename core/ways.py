@@ -3,8 +3,9 @@
 direct              the chosen relaxation and all feature edges
 finer field         the field on triangles cut into four: for details that are a few of them wide
 other field         another relaxation, then the chosen one from a disturbed start
-finer quads         twice as many quads along every line: room where quads had folded over
-fewer feature edges without those that end inside the surface, at last without any
+finer quads         twice as many quads along every line of the whole mesh
+fewer feature edges without those beside inverted quads of the direct way, if there are such; without
+                    those that end inside the surface; without those that are not marked; without any
 midpoint split      three quads in every triangle: always valid, only more irregular
 """
 
@@ -17,7 +18,7 @@ import numpy as np
 from .constraints import Constraints
 from .settings import RELAXATIONS, Settings
 
-MIDPOINT_SPLIT = "midpoint split"
+DIRECT, FEWER_CREASES, MIDPOINT_SPLIT = "direct", "fewer feature edges", "midpoint split"
 # Radians by which the crosses are disturbed at random where nothing fixes them.
 DISTURBANCE = 0.4
 
@@ -61,10 +62,10 @@ def ways(creases, settings: Settings, may_halve: bool = True) -> list[Way]:
     if settings.edge_length is not None:
         finer = replace(settings, edge_length=0.5 * settings.edge_length)
     return [
-        Way("direct", creases[0], settings),
+        Way(DIRECT, creases[0], settings),
         *([Way("finer field", creases[0], settings, halved=True)] if may_halve else []),
         first,
-        *(Way("fewer feature edges", crease, settings) for crease in creases[1:]),
+        *(Way(FEWER_CREASES, crease, settings) for crease in creases[1:]),
         second,
         Way("other field", creases[0], settings, seed=1),
         Way("finer quads", creases[0], finer),

@@ -1,16 +1,20 @@
 """The chain of ways to a valid mesh: what fails is answered, and the report says how."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from core import pipeline
 from core.blocks import verify_blocks
 from core.constraints import boundary_constraints
+from core.creases import Creases
 from core.errors import LayoutError
+from core.features import dihedral_angle
 from core.pipeline import decompose
 from core.settings import RELAXATIONS, Settings
-from core.ways import MIDPOINT_SPLIT, Way, ways
-from tests.core import surfaces
+from core.ways import FEWER_CREASES, MIDPOINT_SPLIT, Way, ways
+from tests.core import creased, surfaces
 
 MAKERS = {
     "disc": lambda: surfaces.disc(5),
@@ -109,6 +113,45 @@ def test_teeth_two_triangles_wide_get_a_finer_field():
     result = decompose(points, [polygon], Settings(quad_count=1000))
     assert result.way in ("direct", "finer field")
     assert len(result.singularities) == 0 and result.quads.scaled_jacobian.min() > 0.5
+
+
+def test_a_way_that_takes_too_long_is_given_up_for_the_last_one(monkeypatch):
+    monkeypatch.setattr(pipeline, "PATIENCE", 0.0)
+    result = run("voxels")
+    assert result.way == MIDPOINT_SPLIT and result.quads.scaled_jacobian.min() > 0
+    assert any("longer than" in warning for warning in result.warnings)
+
+
+def test_creases_beside_inverted_quads_go_first(monkeypatch):
+    """One corner of a box is said to be inverted: only the three edges that meet there are lost."""
+    fill, left = pipeline.fill_cells, [1]
+
+    def fold(*arguments):
+        filling = fill(*arguments)
+        if not left[0]:
+            return filling
+        left[0] = 0
+        jacobian = filling.quads.scaled_jacobian.copy()
+        corner = filling.quads.points.sum(1).argmax()
+        jacobian[(filling.quads.quads == corner).any(1)] = -1.0
+        return replace(filling, quads=replace(filling.quads, scaled_jacobian=jacobian))
+
+    monkeypatch.setattr(pipeline, "fill_cells", fold)
+    surface = surfaces.voxel_shell(np.ones((3, 2), bool))
+    result = decompose(surface.points, surface.triangles, Settings(quad_count=300))
+    assert result.way == FEWER_CREASES
+    ends = result.quads.points[result.quads.crease]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    assert length == pytest.approx(3 * (3 + 2 + 1))
+
+
+def test_marked_edges_are_kept_longer_than_others():
+    cube = creased.cube(4)
+    mask = dihedral_angle(cube) > 1
+    marked = np.zeros_like(mask)
+    marked[[edge := np.flatnonzero(mask)[0], cube.twin[edge]]] = True
+    masks = Creases(cube, mask, marked).masks()
+    assert [int(each.sum()) for each in masks] == [96, 2, 0]
 
 
 def test_the_time_of_a_failed_stage_counts():
