@@ -17,7 +17,7 @@ from .chords import (
     mean_lengths,
 )
 from .decomposition import Decomposition, QuadMesh
-from .edge_spacing import edge_fractions, kinks_inside
+from .edge_spacing import edge_indices, kinks_inside
 from .errors import LayoutError, SettingsError
 from .projection import surface_normal
 from .quality import scaled_jacobian
@@ -153,10 +153,10 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
 
 def _division(given, wanted, arcs, chord_count, prescribed, leads) -> Division:
     count = chord_count[wanted.chords.edge_chord]
-    fraction = edge_fractions(
+    index = edge_indices(
         given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads
     )
-    return Division(count, fraction)
+    return Division(count, index)
 
 
 def _least_counts(chords, locked, least):

@@ -17,7 +17,6 @@ from .blocks import Blocks
 from .boundary import build_loops
 from .chords import forward_sides
 from .errors import LayoutError
-from .grading import graded_positions
 from .placement import Placement
 from .projection import closest_point
 from .quads import grid_quads
@@ -26,8 +25,8 @@ from .wall_spacing import Grading, line_heights
 
 # Nodes this near to an old vertex, in old divisions, are that vertex.
 _SAME_INDEX = 1e-9
-# Power by which a difference of block edges from the rule for graded lines fades across a block.
-_EDGE_FADING = 3
+# The first cell of a line may take this share of the room that it has, on a logarithmic scale.
+_MOST_STRETCH = 0.9
 # Points this near to the surface, in diagonals of its bounding box, lie on it.
 _ON_SURFACE = 1e-12
 
@@ -60,8 +59,8 @@ class Division:
     """What every block edge is to be divided into.
 
     count      (E,) int64, divisions
-    fraction   list of E: (n + 1,) float64, arc length of the nodes over the length of the edge,
-               from its stored start
+    index      list of E: (n + 1,) float64, where the nodes lie between the old vertices of the
+               edge, of 1, from its stored start
     wall_side  (B, 4) bool, block sides towards which the grid is graded, or None
     grading    Grading or None
     measured   what `measured_heights` gives, or None
@@ -71,7 +70,7 @@ class Division:
     """
 
     count: np.ndarray
-    fraction: list
+    index: list
     wall_side: np.ndarray | None = None
     grading: Grading | None = None
     measured: dict | None = None
@@ -182,7 +181,7 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
         chain, here = edge_chain(blocks, edge), slice(offset[edge], offset[edge + 1])
         old = np.arange(len(chain))
         fixed = np.flatnonzero(placement.fixed[chain[1:-1]]) + 1
-        index = _old_indices(arc, division.fraction[edge])
+        index = _old_indices(division.index[edge], len(arc) - 1)
         nodes.index[here], nodes.kept[here] = index, np.isin(index, np.concatenate([[-1], fixed]))
         nodes.face[here] = placement.face[chain[np.rint(index).astype(np.int64)]]
         if blocks.edge_on_boundary[edge]:
@@ -207,12 +206,12 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
     return nodes
 
 
-def _old_indices(arc, fraction):
-    """(n + 1,) float64, where nodes at fractions of the arc length lie between the old vertices."""
-    index = np.interp(fraction * arc[-1], arc, np.arange(len(arc)))
+def _old_indices(place, last):
+    """(n + 1,) float64, places of 1 in old divisions; those at old vertices become whole numbers."""
+    index = place * last
     whole = np.rint(index)
     index = np.where(np.abs(index - whole) < _SAME_INDEX, whole, index)
-    index[0], index[-1] = 0, len(arc) - 1
+    index[0], index[-1] = 0, last
     return index
 
 
@@ -334,8 +333,7 @@ def _walls(division: Division, block) -> list | None:
         return height
 
     is_wall = division.wall_side[block]
-    rules = [partial(rule, side) if is_wall[side] else None for side in range(4)]
-    return rules, division.grading.growth
+    return [partial(rule, side) if is_wall[side] else None for side in range(4)]
 
 
 def _side(nodes: _Nodes, edge, forward):
@@ -351,8 +349,8 @@ def fill_grid(grid, sides, walls=None):
     grid     (n + 1, m + 1, 3) float64, the old grid
     sides    four pairs, counter-clockwise from the first row: old index (k,) float64 of each node,
              and its point (k, 3) float64
-    walls    None, or for a graded block (rules, growth): per side None or a function that gives the
-             first cells (k,) of lines from points (k, 3) in directions (k, 3)
+    walls    None, or per side None or a function that gives the first cells (k,) of lines from
+             points (k, 3) in directions (k, 3)
 
     Returns points (N + 1, M + 1, 3) and the old row and column (N + 1, M + 1) of each.
     """
@@ -368,18 +366,21 @@ def fill_grid(grid, sides, walls=None):
         sides, (grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])
     )]
     gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
-    across, along = ((walls[0][0], walls[0][2]), (walls[0][3], walls[0][1])) if walls else ((), ())
-    if any(across):
-        border = sides[0][1], sides[2][1][::-1], sides[3][1][::-1], sides[1][1]
-        v = _graded_lines(grid, low, high, v, border, (gain[0], gain[2]), across, walls[1])
+    straight = u, v
+    if walls and (walls[0] or walls[2]):
+        border = sides[0][1], sides[2][1][::-1]
+        v = _first_heights_met(
+            grid, low, high, straight[1], border, (gain[0], gain[2]), (walls[0], walls[2])
+        )
         u = low + v * lean
-    if any(along):
-        border = sides[3][1][::-1], sides[1][1], sides[0][1], sides[2][1][::-1]
-        turned = grid.transpose(1, 0, 2)
-        u = _graded_lines(
-            turned, start, end, u.T, border, (gain[3], gain[1]), along, walls[1]
+    if walls and (walls[1] or walls[3]):
+        border = sides[3][1][::-1], sides[1][1]
+        u = _first_heights_met(
+            grid.transpose(1, 0, 2), start, end, straight[0].T, border, (gain[3], gain[1]),
+            (walls[3], walls[1]),
         ).T
-        v = v if any(across) else start[:, None] + u * rise
+        if not (walls[0] or walls[2]):
+            v = start[:, None] + u * rise
     point = _sample_grid(grid, n * v, m * u)
     point += (1 - v)[..., None] * _sample(gain[0], low, u) + v[..., None] * _sample(gain[2], high, u)
     point += (1 - u)[..., None] * _sample(gain[3], start, v) + u[..., None] * _sample(gain[1], end, v)
@@ -401,42 +402,49 @@ def _sample_grid(grid, row, column):
     return (1 - b) * below + b * above
 
 
-def _graded_lines(grid, low, high, v, border, gain, walls, growth):
-    """(N + 1, M + 1) v of the nodes on lines from the first to the last row of a grid.
+def _first_heights_met(grid, low, high, v, border, gain, rules):
+    """(N + 1, M + 1) v of the nodes on lines between the first and the last row of a grid.
 
     low, high  (M + 1,), where the lines start and end, of 1
-    v          (N + 1, M + 1), of 1; its first and last lines, those on block edges, are kept
-    border     the new nodes of the first and last row (M + 1, 3), first and last column (N + 1, 3)
+    v          (N + 1, M + 1), of 1, as straight rows give it; its first and last lines are kept
+    border     the new nodes of the first and last row (M + 1, 3)
     gain       two (M + 1, 3), what the first and last row gained over the old grid
-    walls      rules for the first cells at the first and the last row, None where it is no wall
+    rules      functions for the first cells at the first and the last row, None where it is no wall
+
+    A line is stretched towards a wall until its first cell is as long as the rule says, the less
+    the further from the wall, on a logarithmic scale: all its cells grow by little more or less.
     """
     rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
-    share = np.linspace(0, 1, rows + 1)[:, None]
+    share = np.linspace(0, 1, 2 * rows + 1)[:, None]
     line = _sample_grid(grid, rows * share + 0 * low, columns * (low + share * (high - low)))
     line += (1 - share)[..., None] * gain[0] + share[..., None] * gain[1]
-    arc = np.zeros(line.shape[:2])
-    arc[1:] = np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=2), axis=0)
-    edge_arc = np.zeros((len(v), 2))
-    for side in (0, 1):
-        step = np.linalg.norm(np.diff(border[2 + side], axis=0), axis=1)
-        edge_arc[1:, side] = np.cumsum(step)
-    weight = np.linspace(0, 1, len(low))
-    height = []
-    for rule, cell, row, leaving in (
-        (walls[0], edge_arc[1] - edge_arc[0], border[0], line[1] - line[0]),
-        (walls[1], edge_arc[-1] - edge_arc[-2], border[1], line[-2] - line[-1]),
-    ):
-        if rule is None:
-            height.append((1 - weight) * cell[0] + weight * cell[1])
-        else:
-            height.append(rule(row, leaving))
-    share_of_arc = graded_positions(arc[-1], len(v) - 1, *height, growth) / arc[-1][:, None]
-    # The lines on block edges are given: lines beside them differ from their rule as they do.
-    for side, fade in ((0, 1 - weight), (-1, weight)):
-        differs = edge_arc[:, side] / edge_arc[-1, side] - share_of_arc[side]
-        share_of_arc += fade[:, None] ** _EDGE_FADING * differs
+    step = np.linalg.norm(np.diff(line, axis=0), axis=2)
+    far = 1.0 if None in rules else 0.5
     result = v.copy()
-    for column in range(1, len(low) - 1):
-        place = share_of_arc[column] * arc[-1, column]
-        result[:, column] = np.interp(place, arc[:, column], share[:, 0])
+    if rules[0] is not None:
+        height = rules[0](border[0], line[1] - line[0])
+        _stretch(result, _places_at(step, height), far)
+    if rules[1] is not None:
+        height = rules[1](border[1], line[-2] - line[-1])
+        turned = 1 - result[::-1]
+        _stretch(turned, _places_at(step[::-1], height), far)
+        result = 1 - turned[::-1]
     return result
+
+
+def _places_at(step, height):
+    """(M + 1,), where lines with steps (K, M + 1) are as long as the heights (M + 1,), of 1."""
+    arc = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
+    share = np.linspace(0, 1, len(arc))
+    return np.array([np.interp(h, line, share) for h, line in zip(height, arc.T)])
+
+
+def _stretch(v, first, far):
+    """Move the second row of v (N + 1, M + 1) to first (M + 1,), rows near far stay; in place."""
+    inner = v[1:-1, 1:-1]
+    near = inner[:1]
+    room = np.maximum(np.log(far / near), 1e-9)
+    share = np.clip(np.log(far / inner) / room, 0.0, 1.0)
+    inner *= np.minimum(first[1:-1] / near, np.exp(_MOST_STRETCH * room)) ** share
+
+

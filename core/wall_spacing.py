@@ -13,6 +13,7 @@ import numpy as np
 
 from .blocks import Blocks
 from .boundary import BoundaryLoops
+from .chord_fading import fade_along_chord
 from .chords import Chords, forward_sides
 from .errors import SettingsError
 from .grading import cells_needed, graded_positions
@@ -107,10 +108,9 @@ def space_edges(
         # Fewer cells fit, if the regular ones of the wide blocks of the chord are longer.
         start = np.where(tight, least, start)
         regular = np.where(tight[chords.edge_chord], _WIDENING * regular, regular)
-    fraction = _fractions(edge_length, count[chords.edge_chord], reached, grading.growth)
-    leads = np.isfinite(first).any(1)
-    behind = np.isfinite(reached).any(1) & ~np.isin(chords.edge_chord, chords.edge_chord[leads])
-    return WallSpacing(count, fraction, leads | behind, wall_side)
+    ends = _faded_ends(blocks, chords, edge_length, reached, regular)
+    fraction = _fractions(edge_length, count[chords.edge_chord], ends, grading.growth)
+    return WallSpacing(count, fraction, np.isfinite(ends).any(1), wall_side)
 
 
 @dataclass(frozen=True)
@@ -300,7 +300,9 @@ def _hand_over(layout, ends, first, regular, ratio, here, behind):
         far = int(forward[here[0], side] == (turn == 1))
         near = int(forward[behind[0], next_side] != (turn == 1))
         cell = ratio * ends[edge, far]
-        if np.isfinite(first[edge, 1 - far]) and cell < MEETS * regular[next_edge]:
+        # A wall at the far end has small cells of its own there.
+        grows = np.isfinite(first[edge, 1 - far]) and not np.isfinite(first[edge, far])
+        if grows and cell < MEETS * regular[next_edge]:
             first[next_edge, near] = min(first[next_edge, near], cell)
             handed = True
     return handed
@@ -315,6 +317,23 @@ def _end_cells(length, cells, first, ratio):
         result[same, 0] = position[:, 1]
         result[same, 1] = position[:, -1] - position[:, -2]
     return result
+
+
+def _faded_ends(blocks, chords, length, reached, regular):
+    """First cells (E, 2): those of walls, and at the same ends of the other edges of their chords
+    such that grow to the regular ones with the distance from there."""
+    turned = chords.edge_turned[:, None]
+    alike = np.where(turned, reached[:, ::-1], reached)
+    result = alike.copy()
+    for chord in np.unique(chords.edge_chord[np.isfinite(reached).any(1)]):
+        edges = np.flatnonzero(chords.edge_chord == chord)
+        for end in (0, 1):
+            known = np.isfinite(alike[edges, end])
+            own = np.log(np.where(known, alike[edges, end], regular[edges]))[:, None]
+            if known.any():
+                faded = fade_along_chord(blocks, chords, chord, length, own, known)
+                result[edges, end] = np.exp(faded[:, 0])
+    return np.where(turned, result[:, ::-1], result)
 
 
 def _refuse_locked(chords, locked, needed, grading):

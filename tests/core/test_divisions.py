@@ -51,7 +51,7 @@ def demand_valid(before, after):
     loops, placement = build_loops(before.whole), after.placement
     edge = np.flatnonzero(after.quads.on_boundary)
     on_loop, _ = loops.point(placement.loop[edge], placement.loop_position[edge])
-    assert np.abs(on_loop - points[edge]).max() < 1e-9 * before.whole.diagonal
+    assert np.abs(on_loop - points[edge]).max() < 1e-9 * before.whole.diameter
     assert len(after.quads.valence) == len(points)
     assert np.array_equal(np.bincount(after.quads.quads.ravel()), after.quads.valence)
 
