@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from heapq import heapify, heappop, heappush
+from itertools import combinations
+
 import numpy as np
 
 from .surface import connected_components
@@ -18,74 +21,81 @@ def independent_set(wanted, pairs, preference) -> np.ndarray:
     two directions do, there can be no more than are chosen (Koenig's theorem). Elsewhere those with
     the fewest pairs come first, and one is given up wherever two come in for it.
     """
-    left = wanted.copy()
-    left[pairs[pairs[:, 0] == pairs[:, 1], 0]] = False
+    chosen = wanted.copy()
+    chosen[pairs[pairs[:, 0] == pairs[:, 1], 0]] = False
     both = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
-    both = both[left[both].all(1)]
-    neighbour = np.split(both[:, 1], np.searchsorted(both[:, 0], np.arange(1, len(left))))
-    chosen = _fewest_pairs_first(left, neighbour, both, preference)
-    while _exchange(chosen, neighbour, both):
-        pass
-    for group in _groups(len(left), both):
-        largest = _of_two_families(group.tolist(), neighbour)
-        if len(largest) > chosen[group].sum():
-            chosen[group] = False
-            chosen[largest] = True
+    both = both[chosen[both].all(1)]
+    tied, first = np.unique(both[:, 0], return_index=True)
+    chosen[tied] = False
+    others = np.split(both[:, 1], first[1:])
+    neighbour = {element: other.tolist() for element, other in zip(tied.tolist(), others)}
+    for group in _groups(len(wanted), both, tied):
+        choice = _fewest_pairs_first(group, neighbour, preference)
+        while _exchange(choice, group, neighbour):
+            pass
+        largest = _of_two_families(group, neighbour)
+        chosen[largest if len(largest) > len(choice) else list(choice)] = True
     return chosen
 
 
-def _fewest_pairs_first(wanted, neighbour, both, preference):
-    degree = np.bincount(both[:, 0], minlength=len(wanted))
-    rank = np.empty(len(wanted))
-    rank[np.argsort(preference, kind="stable")] = np.linspace(0, 0.5, len(wanted))
-    chosen, left = wanted & (degree == 0), wanted & (degree > 0)
-    while left.any():
-        best = np.argmin(np.where(left, degree + rank, np.inf))
-        chosen[best], left[best] = True, False
-        for lost in neighbour[best][left[neighbour[best]]]:
-            left[lost] = False
-            degree[neighbour[lost]] -= 1
-    return chosen
-
-
-def _exchange(chosen, neighbour, both) -> bool:
-    """Give up elements for which two others come in, in place; was there any?"""
-    opponents = np.bincount(both[chosen[both[:, 1]], 0], minlength=len(chosen))
-    changed = False
-    for element in np.flatnonzero(chosen):
-        # Only this one keeps them out.
-        waiting = neighbour[element][opponents[neighbour[element]] == 1]
-        for one in waiting:
-            others = waiting[~np.isin(waiting, [one, *neighbour[one]])]
-            if len(others):
-                for was, now in ((element, False), (one, True), (others[0], True)):
-                    chosen[was] = now
-                    opponents[neighbour[was]] += 1 if now else -1
-                changed = True
-                break
-    free = np.flatnonzero((opponents == 0) & ~chosen & np.isin(np.arange(len(chosen)), both))
-    for element in free:
-        if opponents[element] == 0:
-            chosen[element] = changed = True
-            opponents[neighbour[element]] += 1
-    return changed
-
-
-def _groups(count, both) -> list:
-    """The elements that have pairs, in connected groups."""
-    if not len(both):
-        return []
-    tied = np.unique(both[:, 0])
+def _groups(count, both, tied) -> list:
+    """The elements that have pairs, as lists of connected ones."""
     part = connected_components(count, both[:, 0], both[:, 1])
     order = tied[np.argsort(part[tied], kind="stable")]
-    return np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+    groups = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+    return [group.tolist() for group in groups if len(group)]
+
+
+def _fewest_pairs_first(group, neighbour, preference) -> set:
+    degree = {element: len(neighbour[element]) for element in group}
+    waiting = [(degree[element], float(preference[element]), element) for element in group]
+    heapify(waiting)
+    chosen, gone = set(), set()
+    while waiting:
+        count, _, best = heappop(waiting)
+        if best in gone or count != degree[best]:
+            continue
+        chosen.add(best)
+        lost = [other for other in neighbour[best] if other not in gone]
+        gone |= {best, *lost}
+        for element in {other for each in lost for other in neighbour[each]} - gone:
+            degree[element] = sum(other not in gone for other in neighbour[element])
+            heappush(waiting, (degree[element], float(preference[element]), element))
+    return chosen
+
+
+def _exchange(chosen: set, group, neighbour) -> bool:
+    """Give up elements for which two others come in, in place; was there any?"""
+    opponents = {e: sum(other in chosen for other in neighbour[e]) for e in group}
+    before = len(chosen)
+
+    def change(element, step):
+        for other in neighbour[element]:
+            opponents[other] += step
+
+    for element in sorted(chosen):
+        # Only this one keeps them out.
+        waiting = [other for other in neighbour[element] if opponents[other] == 1]
+        for one, two in combinations(waiting, 2):
+            if two not in neighbour[one]:
+                chosen.remove(element)
+                chosen.update((one, two))
+                change(element, -1)
+                change(one, 1)
+                change(two, 1)
+                break
+    for element in group:
+        if opponents[element] == 0 and element not in chosen:
+            chosen.add(element)
+            change(element, 1)
+    return len(chosen) > before
 
 
 def _of_two_families(group, neighbour) -> list:
     """A largest choice from a connected group; empty where there are not two families."""
     family, queue = {group[0]: 0}, [group[0]]
     for element in queue:
-        for other in neighbour[element].tolist():
+        for other in neighbour[element]:
             if other not in family:
                 family[other] = 1 - family[element]
                 queue.append(other)
@@ -99,7 +109,7 @@ def _of_two_families(group, neighbour) -> list:
     reached, queue = set(), [element for element in first if element not in mate]
     kept = set(queue)
     for element in queue:
-        for other in neighbour[element].tolist():
+        for other in neighbour[element]:
             if other not in reached:
                 reached.add(other)
                 queue.append(partner[other])
@@ -115,7 +125,7 @@ def _augment(start, neighbour, partner, mate):
     """
     came_from, queue = {}, [start]
     for element in queue:
-        for other in neighbour[element].tolist():
+        for other in neighbour[element]:
             if other in came_from:
                 continue
             came_from[other] = element
