@@ -17,7 +17,7 @@ from .placement import Placement
 from .settings import Settings
 from .singularities import Singularities
 from .surface import TriangleSurface
-from .t_layout import TLayout, build_t_layout
+from .t_layout import TLayout, build_t_layout, conforming_edges
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,13 @@ class Decomposition:
             "conforming_count": self.blocks.count,
             "divisions": self.layout.shape.tolist(),
             "t_junctions": self.layout.junction_count,
-            "interfaces": interfaces(self.layout),
+            "interfaces": [
+                join | {"conforming_edges": edges}
+                for join, edges in zip(
+                    interfaces(self.layout),
+                    conforming_edges(self.layout, self.blocks, self.t_edges),
+                )
+            ],
         }
 
     def sentence(self) -> str:

@@ -135,6 +135,25 @@ def build_t_layout(quad, blocks: Blocks, kept) -> TLayout:
     )
 
 
+def conforming_edges(layout: TLayout, blocks: Blocks, kept) -> list:
+    """List of E: for each edge of the T-layout the conforming block edges along it, in its order.
+
+    blocks, kept  those that the layout was built from
+    """
+    number, step = _edge_steps(layout)
+    edge = np.flatnonzero(kept)
+    start = blocks.edge_offset[edge]
+    first = np.stack([blocks.edge_vertex[start], blocks.edge_vertex[start + 1]], axis=1)
+    span = np.array([int(blocks.edge_vertex.max()) + 1, 1])
+    key = np.sort(step, axis=1) @ span
+    order = np.argsort(key)
+    place = order[np.searchsorted(key[order], np.sort(first, axis=1) @ span)]
+    along = np.argsort(place)
+    owner = number[place[along]]
+    ends = np.searchsorted(owner, np.arange(1, len(layout.edge_on_boundary)))
+    return [some.tolist() for some in np.split(edge[along], ends)]
+
+
 def verify_t_layout(layout: TLayout, quad, crease=()):
     """Test what a T-layout promises.
 

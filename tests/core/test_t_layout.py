@@ -12,6 +12,7 @@ from core.errors import LayoutError
 from core.midpoint import split_at_midpoints
 from core.pipeline import decompose
 from core.quad_connectivity import connect_quads
+from core.regridding import edge_chain
 from core.settings import Settings
 from core.t_layout import build_t_layout, find_t_edges, verify_t_layout
 from tests.core import creased, surfaces
@@ -225,6 +226,20 @@ def test_the_report_says_that_blocks_do_not_conform(runs):
     assert joined["conforming"] is False and joined["conforming_count"] == conforming["count"]
     assert len(joined["divisions"]) == joined["count"]
     assert sum(m * n for m, n in joined["divisions"]) == len(runs[1].quads.quads)
+
+
+def test_the_report_names_the_conforming_edges_along_each_edge(runs):
+    result = runs[1]
+    layout, blocks, found = result.layout, result.blocks, []
+    for edge, join in enumerate(result.report()["blocks"]["interfaces"]):
+        chain = edge_chain(layout, edge).tolist()
+        pieces = [edge_chain(blocks, piece).tolist() for piece in join["conforming_edges"]]
+        walk = chain[:1]
+        for piece in pieces:
+            walk += piece[1:] if piece[0] == walk[-1] else piece[-2::-1]
+        assert walk == chain
+        found += join["conforming_edges"]
+    assert sorted(found) == np.flatnonzero(result.t_edges).tolist()
 
 
 def test_conforming_blocks_stand_in_for_a_layout_that_is_not_valid(monkeypatch):
