@@ -14,6 +14,7 @@ from .block_edge_selection import present_divisions, select_edges, selected_edge
 from .operators import draw_size, fill_in
 from .properties import SettingProperties
 from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
+from .result_objects import read_numbers
 from .typed_numbers import as_typed
 from .wall_properties import WallProperties, draw_walls
 
@@ -35,6 +36,7 @@ class _DivisionOperator(ReportingOperator):
             computed, before, _ = shown_result.divided(collection)
             edges = selected_edges(context.object, results.find_object(collection, "blocks"))
             wanted = self.wish(context, collection, computed, before, edges)
+            _refuse_lost_edges(results.find_object(collection, "blocks").data, wanted, computed)
             divided = wanted.divide(computed)
             source = results.source_of(collection)
             results.update_divisions(collection, source, divided, wanted)
@@ -45,14 +47,25 @@ class _DivisionOperator(ReportingOperator):
         return {"FINISHED"}
 
 
-class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
-    """Fix the number of quads along the selected block edges.
+def _refuse_lost_edges(mesh, wanted, computed):
+    """Locks are attributes of edges: without the edge there is no place for one."""
+    there = read_numbers(mesh, "EDGE", "block_edge")
+    for edge, _ in wanted.locks:
+        if edge < len(computed.blocks.edge_on_boundary) and edge not in there:
+            raise InputError(
+                f"Block edge {edge} was deleted from the block mesh; decompose the mesh again."
+            )
 
-    All edges that face them across blocks follow, and the quads are made anew; the blocks stay
-    """
+
+class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
+    """Locks on block edges"""
 
     bl_idname = "crossfield.lock_divisions"
     bl_label = "Lock Divisions"
+    bl_description = (
+        "Fix the number of quads along the selected block edges. All edges that face them across"
+        " blocks follow, and the quads are made anew; the blocks stay"
+    )
 
     divisions: bpy.props.IntProperty(
         name="Divisions",
@@ -142,13 +155,14 @@ class CROSSFIELD_OT_regrid(_DivisionOperator, SettingProperties, WallProperties,
 
 
 class CROSSFIELD_OT_edit_block_edges(ReportingOperator, bpy.types.Operator):
-    """Show the block mesh and edit it, to select block edges whose divisions are to be locked.
-
-    Locked edges are marked as seams, edges that follow them as sharp
-    """
+    """The way to the edges that can be locked"""
 
     bl_idname = "crossfield.edit_block_edges"
     bl_label = "Edit Block Edges"
+    bl_description = (
+        "Show the block mesh and edit it, to select block edges whose divisions are to be locked."
+        " Locked edges are marked as seams, edges that follow them as sharp"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

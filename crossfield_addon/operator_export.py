@@ -129,13 +129,14 @@ class CROSSFIELD_OT_export_plot3d(_Extruded, _ExportOperator, bpy.types.Operator
 
 
 class CROSSFIELD_OT_export_open_foam(_ExportOperator, bpy.types.Operator):
-    """Write the blocks as OpenFOAM's blockMeshDict, one cell deep, with the boundary as patches.
-
-    Patches are named by materials where the boundary has two or more, else by boundary loop
-    """
+    """OpenFOAM's description of blocks"""
 
     bl_idname = "crossfield.export_open_foam"
     bl_label = "Export blockMeshDict"
+    bl_description = (
+        "Write the blocks as OpenFOAM's blockMeshDict, one cell deep, with the boundary as patches:"
+        " by material where it has two or more, else by boundary loop"
+    )
     filename_ext = ""
     check_extension = None
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.errors import CrossfieldError
 from ..core.pipeline import decompose
-from . import mesh_arrays, results, shown_result
+from . import kept_blocks, mesh_arrays, results
 from .properties import SettingProperties
 from .reporting import ReportingOperator, results_in_object_mode
 from .wall_properties import WallProperties, draw_walls
@@ -108,7 +108,9 @@ def _with_earlier_locks(source, computed, wanted):
         return wanted.divide(computed), wanted, []
     try:
         with results_in_object_mode(collection.objects):
-            before, earlier, _ = shown_result.divided(collection)
+            mesh = results.find_object(collection, "blocks").data
+            before = kept_blocks.kept_decomposition(mesh)
+            earlier = kept_blocks.wanted_divisions(mesh)
         if not earlier.locks:
             return wanted.divide(computed), wanted, []
         if _same_blocks(before, computed):
@@ -164,13 +166,14 @@ def draw_details(layout, settings, stop_after="quads"):
 
 
 class CROSSFIELD_OT_decompose(_StageOperator, bpy.types.Operator):
-    """Turn the active mesh into blocks with four sides, and fill them with a conforming quad mesh.
-
-    The mesh stays as it is but for attributes; results of an earlier run are replaced
-    """
+    """From a mesh to quads and blocks"""
 
     bl_idname = "crossfield.decompose"
     bl_label = "Decompose into Blocks"
+    bl_description = (
+        "Turn the active mesh into blocks with four sides, filled with a conforming quad mesh. The"
+        " mesh itself only gets attributes; results of an earlier run are replaced"
+    )
 
 
 class CROSSFIELD_OT_cross_field(_StageOperator, bpy.types.Operator):

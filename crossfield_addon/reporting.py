@@ -47,6 +47,9 @@ def poll_blocks(operator, context) -> bool:
             f"{shown.name!r} has no blocks; run Decompose into Blocks on a mesh first."
         )
         return False
+    if shown.mode not in {"OBJECT", "EDIT"}:
+        operator.poll_message_set("Crossfield runs in object mode and in edit mode only.")
+        return False
     if results.find_object(collection, "blocks") is None:
         operator.poll_message_set(
             "These results have no block mesh; run Decompose into Blocks again."

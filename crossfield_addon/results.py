@@ -131,10 +131,12 @@ def remove_results(source) -> bool:
 
 def find_collection(shown):
     """The collection with the results of an object, or with that object as one of them, or None."""
+    if shown is None:
+        return None
     for collection in bpy.data.collections:
         if _SOURCE in collection and collection[_SOURCE] == shown:
             return collection
-    if shown is not None and ROLE in shown:
+    if ROLE in shown:
         for collection in shown.users_collection:
             if _SOURCE in collection:
                 return collection

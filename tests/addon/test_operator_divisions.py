@@ -67,6 +67,15 @@ def test_contradictions_are_refused_and_change_nothing():
     assert lock(edge=pair[0], divisions=8) == {"FINISHED"}
     assert bpy.ops.crossfield.unlock_divisions(every=True) == {"FINISHED"}
     assert refused(lambda: bpy.ops.crossfield.unlock_divisions(edge=pair[0]), "locked")
+    # Without the block mesh's edges and numbers there is no place for locks.
+    bpy.ops.crossfield.edit_block_edges()
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.delete(type="EDGE")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert refused(lambda: lock(edge=0, divisions=5), "edge 0 was deleted")
+    assert bpy.ops.crossfield.regrid(quad_count=150) == {"FINISHED"}
+    blocks.data.attributes.remove(blocks.data.attributes["lock"])
+    assert refused(lambda: lock(edge=0, divisions=5), "decompose the mesh again")
 
 
 @in_blender
