@@ -5,6 +5,9 @@ from tests.addon.blender_process import in_blender
 
 @in_blender
 def test_an_l_shape_is_two_blocks():
+    import tempfile
+    from pathlib import Path
+
     import bpy
     import numpy as np
 
@@ -29,3 +32,17 @@ def test_an_l_shape_is_two_blocks():
     assert len({polygon.material_index for polygon in quads.polygons}) == 2
     # Three conforming blocks have ten edges; the two have eight pieces of sides.
     assert len(result(source, "block boundaries").data.splines) == 8
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        path = folder / "g.xyz"
+        assert bpy.ops.crossfield.export_plot3d(filepath=str(path)) == {"FINISHED"}
+        assert path.read_text().split()[0] == "2"
+        assert (folder / "g.nmf").read_text().count("ONE_TO_ONE") == 1
+        try:
+            bpy.ops.crossfield.export_open_foam(filepath=str(folder / "blockMeshDict"))
+        except RuntimeError as error:
+            assert "T-junctions" in str(error)
+        else:
+            raise AssertionError("a blockMeshDict was written")
+        assert not (folder / "blockMeshDict").exists()
