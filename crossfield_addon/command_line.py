@@ -252,6 +252,7 @@ def _run(arguments):
         given.points, given.polygons, settings, progress=_progress(),
         marked_edges=None if given.arrays is None else given.arrays.marked_edges,
     )
+    wanted = exports.with_material_walls(wanted, given, arguments, computed)
     decomposition = wanted.divide(computed)
     given = replace(given, computed=computed, wanted=wanted)
     with OutputFiles() as files:

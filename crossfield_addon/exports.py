@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from ..core.block_quality import block_quality, quality_rows, quality_text
@@ -47,6 +48,9 @@ def add_flags(command) -> None:
         "--wall", type=int, action="append", metavar="LOOP",
         help="boundary loop that is a wall (repeatable; all of them)",
     )
+    divisions.add_argument(
+        "--wall-material", metavar="NAME", help="boundary loops along faces of it are walls"
+    )
 
 
 def _lock(text):
@@ -62,10 +66,15 @@ def _lock(text):
 def wanted_divisions(arguments) -> WantedDivisions:
     """Check the flags for divisions; raises SettingsError before any work is done."""
     if arguments.first_height is None:
-        for flag, value in (("--growth", arguments.growth), ("--wall", arguments.wall)):
+        for flag, value in (
+            ("--growth", arguments.growth), ("--wall", arguments.wall),
+            ("--wall-material", arguments.wall_material),
+        ):
             if value is not None:
                 raise SettingsError(f"{flag} needs --first-height; give both or none.")
         return WantedDivisions(tuple(arguments.lock))
+    if arguments.wall is not None and arguments.wall_material is not None:
+        raise SettingsError("--wall and --wall-material both name the walls; give one of them.")
     growth = Grading.growth if arguments.growth is None else arguments.growth
     walls = None if arguments.wall is None else tuple(arguments.wall)
     return WantedDivisions(
@@ -92,6 +101,15 @@ def refuse_without_blocks(arguments, settings) -> None:
                 f"There are no blocks for --{flag.replace('_', '-')} after --stop-after"
                 f" {settings.stop_after}."
             )
+
+
+def with_material_walls(wanted: WantedDivisions, given, arguments, decomposition):
+    """The same with the walls that a material names, if one was given."""
+    if arguments.wall_material is None:
+        return wanted
+    materials = _materials(given, arguments)
+    loops = solver_files.wall_loops(decomposition, arguments.wall_material, *materials)
+    return replace(wanted, grading=replace(wanted.grading, loops=loops))
 
 
 def quality_table(decomposition) -> list:

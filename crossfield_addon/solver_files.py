@@ -10,7 +10,12 @@ import numpy as np
 from ..core.block_mesh import block_mesh, block_mesh_obj
 from ..core.block_mesh_dict import block_mesh_dict
 from ..core.block_quality import block_quality
-from ..core.boundary_patches import Patches, loop_patches, material_patches
+from ..core.boundary_patches import (
+    Patches,
+    loop_patches,
+    loops_of_material,
+    material_patches,
+)
 from ..core.errors import SettingsError
 from ..core.extrusion import extrude, extrusion_height
 from ..core.plot3d import neutral_map, plot3d_grid
@@ -32,6 +37,27 @@ def boundary_patches(decomposition, names=(), material=None) -> Patches:
     return material_patches(
         blocks, loops, placement.face, decomposition.face_origin, material, names
     )
+
+
+def wall_loops(decomposition, name: str, names, material) -> tuple:
+    """Numbers of the boundary loops along polygons of the material of this name.
+
+    names, material  as in `boundary_patches`
+
+    Raises SettingsError where there is no such material, or no such loop.
+    """
+    if name not in names:
+        known = ", ".join(repr(other) for other in names) or "none"
+        raise SettingsError(f"The mesh has no material {name!r} for the walls; it has {known}.")
+    loops = loops_of_material(
+        decomposition.whole, decomposition.face_origin, material, list(names).index(name)
+    )
+    if not loops:
+        raise SettingsError(
+            f"No boundary loop runs along faces of the material {name!r} for half of its length;"
+            " assign the material to the faces along the walls."
+        )
+    return loops
 
 
 def quad_width(decomposition) -> float:

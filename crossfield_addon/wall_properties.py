@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..core.boundary_patches import loops_of_material
 from ..core.errors import SettingsError
 from ..core.wall_spacing import Grading
+from .solver_files import wall_loops
 from .typed_numbers import as_typed
 
 _OPTIONS = {"SKIP_SAVE"}
@@ -79,7 +79,7 @@ class WallProperties:
         if self.walls == "LOOPS":
             loops = self._numbers()
         elif self.walls == "MATERIAL":
-            loops = self._loops_of_material(decomposition, list(names), material)
+            loops = wall_loops(decomposition, self.wall_material, names, material)
         return Grading(as_typed(self.first_height), as_typed(self.growth), loops)
 
     def _numbers(self):
@@ -89,23 +89,6 @@ class WallProperties:
                 f"{self.wall_loops!r} names no boundary loops; give numbers such as 0 2."
             )
         return tuple(int(word) for word in words)
-
-    def _loops_of_material(self, decomposition, names, material):
-        if self.wall_material not in names:
-            known = ", ".join(repr(name) for name in names) or "none"
-            raise SettingsError(
-                f"The mesh has no material {self.wall_material!r} for the walls; it has {known}."
-            )
-        loops = loops_of_material(
-            decomposition.whole, decomposition.face_origin, material,
-            names.index(self.wall_material),
-        )
-        if not loops:
-            raise SettingsError(
-                f"No boundary loop runs along faces of the material {self.wall_material!r} for half"
-                " of its length; assign the material to the faces along the walls."
-            )
-        return loops
 
 
 def draw_walls(layout, settings, source=None) -> None:

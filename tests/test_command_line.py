@@ -302,16 +302,19 @@ def test_blender_file_and_picture(plate, tmp_path):
 @needs_blender
 def test_results_in_the_blender_file(plate, tmp_path):
     blend = tmp_path / "out.blend"
-    assert run_apart(plate, "--output", blend, "--keep-lines").returncode == 0
+    arguments = "--output", blend, "--keep-lines", "--lock", "0=23"
+    assert run_apart(plate, *arguments).returncode == 0
     look = """
 import bpy, sys
 bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
 objects = bpy.data.collections["Crossfield plate"].objects
 print(sorted(o.name for o in objects), "crossfield_block" in bpy.data.meshes["plate"].attributes)
+print("locks", sorted(v.value for v in objects["plate blocks"].data.attributes["lock"].data))
 """
     seen = subprocess.run([sys.executable, "-c", look, blend], capture_output=True, text=True)
-    names = ["plate block boundaries", "plate lines", "plate quads"]
+    names = ["plate block boundaries", "plate blocks", "plate lines", "plate quads"]
     assert f"{names} True" in seen.stdout, seen.stdout + seen.stderr
+    assert "locks [0, 0, 0, 23]" in seen.stdout, seen.stdout
 
 
 @needs_blender

@@ -10,7 +10,7 @@ from tests.core import surfaces
 from tests.test_command_line import contents, plate, refused, run, write_obj  # noqa: F401
 
 FLAGS = "--plot3d --plot3d-binary --plot3d-unformatted --blockmesh --vtk --block-mesh --extrude"
-FLAGS += " --quality-table --lock --first-height --growth --wall"
+FLAGS += " --quality-table --lock --first-height --growth --wall --wall-material"
 
 
 def test_help_names_every_flag(capsys):
@@ -94,6 +94,9 @@ def test_grading(plate, tmp_path, capsys):  # noqa: F811
         (["--lock", "0=0"], ["0"]),
         (["--growth", "1.2"], ["--growth", "--first-height"]),
         (["--wall", "0"], ["--wall", "--first-height"]),
+        (["--wall-material", "skin"], ["--wall-material", "--first-height"]),
+        (["--first-height", "1e-3", "--wall-material", "skin"], ["'skin'", "it has none"]),
+        (["--first-height", "1e-3", "--wall-material", "a", "--wall", "0"], ["give one"]),
         (["--first-height", "-1"], ["first height"]),
         (["--first-height", "1e-3", "--growth", "0.9"], ["growth"]),
         (["--first-height", "1e-3", "--wall", "5"], ["loop 5"]),
@@ -155,3 +158,12 @@ def test_materials_become_patches(tmp_path, plate):  # noqa: F811
     text = (tmp_path / "g.nmf").read_text()
     names = [line.split()[0] for line in text.splitlines() if line.startswith(("inlet", "wall"))]
     assert sorted(names) == ["inlet", "wall", "wall", "wall"] and "loop_" not in text
+
+
+def test_a_material_names_the_walls(tmp_path, plate):  # noqa: F811
+    lines = plate.read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("f "))
+    path = tmp_path / "skin.obj"
+    path.write_text("\n".join([*lines[:first], "usemtl skin", *lines[first:]]) + "\n")
+    (row,) = table(path, tmp_path, "--first-height", 1e-3, "--wall-material", "skin")
+    assert row["max_aspect_ratio"] > 20
