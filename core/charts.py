@@ -138,4 +138,6 @@ def _at_least_three(charts, constraints):
     widest = widest[surface.angle_sum[widest] > 0.5 * np.pi * block_count[widest] + _MARGIN]
     block_count[widest] += 1
     angle[widest] = cross_angle(surface.angle_sum[widest], block_count[widest])
-    return replace(constraints, block_count=block_count, angle=angle)
+    lean = np.zeros(len(copy)) + constraints.lean
+    lean[widest] = 0.0
+    return replace(constraints, block_count=block_count, angle=angle, lean=lean)

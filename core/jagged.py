@@ -21,17 +21,24 @@ SHORTEST_LOOP = 40
 # Radians from which a vertex turns sharply, how many of them in a window make it jagged, and the
 # least turning in the window that other turning undoes.
 SHARP, MOST_SHARP, UNDONE = np.radians(25), 4, np.pi
+# Radians up to which a vertex goes straight on, and the share of them in a window that noise has.
+STRAIGHT, MOST_STRAIGHT = np.radians(2), 0.4
 # Mean direction before and after a vertex must differ by more for a corner, in radians.
 CORNER = np.radians(75)
 
 
-def smooth_jagged(surface: TriangleSurface, constraints: Constraints) -> Constraints:
+def smooth_jagged(
+    surface: TriangleSurface, constraints: Constraints, cut=False
+) -> Constraints:
     """The constraints with those along jagged stretches of the boundary read off a smoothed curve.
+
+    cut  (3F,) bool, boundary halfedges along which the surface was cut: near them all corners count
 
     The sum of 2 - n_b may be any: the field inside makes up for it with other singularities.
     """
+    outer = ~np.broadcast_to(cut, surface.twin.shape)
     loops = [
-        _smoothed_loop(surface, constraints, surface.loop_halfedges[begin:end])
+        _smoothed_loop(surface, constraints, surface.loop_halfedges[begin:end], outer)
         for begin, end in zip(surface.loop_offset[:-1], surface.loop_offset[1:], strict=True)
     ]
     changes = [change for change in loops if change is not None]
@@ -47,12 +54,13 @@ def smooth_jagged(surface: TriangleSurface, constraints: Constraints) -> Constra
     return replace(constraints, block_count=block_count, angle=angle, kink=kink, lean=leaning)
 
 
-def _smoothed_loop(surface, constraints, halfedge):
+def _smoothed_loop(surface, constraints, halfedge, outer):
     """(vertices, block counts, leans of the cross) along the jagged stretches of a loop, or None."""
     count = len(halfedge)
     vertex = surface.tail[halfedge]
     turn = np.pi - surface.angle_sum[vertex]
-    jagged = _is_jagged(turn)
+    whole = _round_about(count, np.arange(-WINDOW, WINDOW))
+    jagged = _is_jagged(turn) & outer[halfedge][whole].all(1)
     if count < SHORTEST_LOOP or not jagged.any():
         return None
     # Directions of the edges after and before each vertex, against the edge that leaves it.
@@ -82,8 +90,10 @@ def _is_jagged(turn):
     near = turn[_round_about(len(turn), np.arange(-WINDOW, WINDOW + 1))]
     undone = np.abs(near).sum(1) - np.abs(near.sum(1))
     sharp = np.abs(near) > SHARP
+    # Steps and teeth have straight runs between their corners; noise has none.
+    straight = (np.abs(near) < STRAIGHT).mean(1) > MOST_STRAIGHT
     both = (near > SHARP).any(1) & (near < -SHARP).any(1)
-    return (sharp.sum(1) >= MOST_SHARP) & (undone > UNDONE) & both
+    return (sharp.sum(1) >= MOST_SHARP) & (undone > UNDONE) & both & ~straight
 
 
 def _directions(turn):

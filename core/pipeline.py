@@ -234,7 +234,9 @@ def _prepare(working: WorkingSurface, crease, settings: Settings):
     if crease.any():
         charts, origin = cut_along(working.surface, crease)
         surface = charts.surface
-        constraints = share_nodes(charts, boundary_constraints(surface, settings.kink_angle))
+        constraints = boundary_constraints(surface, settings.kink_angle)
+        constraints = smooth_jagged(surface, constraints, charts.across >= 0)
+        constraints = share_nodes(charts, constraints)
     else:
         charts = None
         surface, origin = split_boundary_chords(working.surface)

@@ -84,3 +84,27 @@ def test_the_index_sum_is_exact_whatever_the_corners_are(seed):
     angle = np.where(constraints.fixed, constraints.angle, noise)
     found = find_singularities(surface, build_cross_field(surface, angle, constraints), constraints)
     assert found.index_sum == found.expected_index_sum
+
+
+def test_cuts_keep_their_corners_and_the_rest_of_the_boundary_does_not():
+    surface = jagged_plate()
+    plain = boundary_constraints(surface, KINK)
+    everywhere = smooth_jagged(surface, plain, surface.twin < 0)
+    assert np.array_equal(everywhere.block_count, plain.block_count)
+    low = surface.points[:, 1] < 0.3
+    cut = (surface.twin < 0) & low[surface.tail] & low[surface.head]
+    some, all_ = smooth_jagged(surface, plain, cut), smooth_jagged(surface, plain)
+    high = surface.points[:, 1] > 0.6
+    assert np.array_equal(some.block_count[high], all_.block_count[high])
+    assert not np.array_equal(some.block_count[high], plain.block_count[high])
+    ends = surface.tail[cut]
+    assert np.array_equal(some.block_count[ends], plain.block_count[ends])
+
+
+def test_stairs_are_not_noise():
+    n = 8
+    stairs = np.tri(n, dtype=bool)
+    surface = surfaces.plate(np.kron(stairs, np.ones((3, 3), bool)), 1 / n)
+    plain = boundary_constraints(surface, KINK)
+    assert np.array_equal(smooth_jagged(surface, plain).block_count, plain.block_count)
+    assert plain.corner.sum() == 2 * n + 2
