@@ -104,7 +104,7 @@ def test_cuts_keep_their_corners_and_the_rest_of_the_boundary_does_not():
 def test_stairs_are_not_noise():
     n = 8
     stairs = np.tri(n, dtype=bool)
-    surface = surfaces.plate(np.kron(stairs, np.ones((3, 3), bool)), 1 / n)
+    surface = surfaces.plate(np.kron(stairs, np.ones((2, 2), bool)), 1 / n)
     plain = boundary_constraints(surface, KINK)
     assert np.array_equal(smooth_jagged(surface, plain).block_count, plain.block_count)
     assert plain.corner.sum() == 2 * n + 2
