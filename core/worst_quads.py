@@ -26,7 +26,7 @@ _MOST_QUADS, _ROUNDS, _PATIENCE, _LEAST_PROGRESS = 200, 100, 8, 0.01
 # Directions and distances, in mean lengths of the edges at the vertex, of the places tried.
 _DIRECTIONS, _DISTANCES = 12, (0.5, 0.25, 0.1, 0.04)
 # A quad costs exp(-_STEEPNESS * scaled Jacobian) + _UNEVENNESS * log(ratio of opposite edges)^2.
-_STEEPNESS, _UNEVENNESS = 8.0, 0.02
+_STEEPNESS, _UNEVENNESS = 5.0, 0.02
 _LEAST_GAIN = 1e-4
 
 
