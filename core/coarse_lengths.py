@@ -24,12 +24,17 @@ LEAST_LOOP = 3
 MOST_ROUNDS = 40
 # Share of the vanished arcs that is kept where it is not clear which one is to blame.
 _BLIND_SHARE = 0.1
-# Share, and least number, of the arcs to blame that are lengthened before lengths are solved anew.
-_SHARE_AT_ONCE, _LEAST_AT_ONCE = 1 / 3, 2
+# At least so many of the arcs to blame are lengthened before lengths are solved anew.
+_LEAST_AT_ONCE = 2
 
 
-def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndarray:
+def solve_coarse_lengths(
+    layout: Layout, size: float, cancelled=None, share: float = 1 / 3
+) -> np.ndarray:
     """(A,) int64, balanced lengths of all arcs for quads of the given edge length, many of them 0.
+
+    share  of the arcs to blame for what joins wrongly that are lengthened at a time: with a smaller
+           one there are more rounds, and mostly fewer quads in the end
 
     The quads have been verified to make the surface: no two singularities, corners, kinks,
     boundary loops or feature curves share a vertex. Raises LayoutError if no such lengths were
@@ -47,7 +52,7 @@ def solve_coarse_lengths(layout: Layout, size: float, cancelled=None) -> np.ndar
         try:
             short = arcs_too_short(layout, length)[1]
         except LayoutError:
-            wrong = _wrongly_zero(layout, wish, length, lower)
+            wrong = _wrongly_zero(layout, wish, length, lower, share)
             if not len(wrong):
                 raise
             lower[wrong] = 1
@@ -90,7 +95,7 @@ def _lengthen_loops(arc, loop, wish, length, lower) -> bool:
     return bool(short.any())
 
 
-def _wrongly_zero(layout: Layout, wish, length, lower) -> np.ndarray:
+def _wrongly_zero(layout: Layout, wish, length, lower, share) -> np.ndarray:
     """Arcs to keep from vanishing: the longer ones of those that join what must stay apart.
 
     On a cut surface also of those that do so on its charts. Once these have a length, shorter ones
@@ -105,7 +110,7 @@ def _wrongly_zero(layout: Layout, wish, length, lower) -> np.ndarray:
         on_charts = arcs_to_blame(layout.gluing.complex, length[arc], free[arc], on_chart=True)
         wrong = np.union1d(wrong, arc[on_charts])
     if len(wrong):
-        count = max(_LEAST_AT_ONCE, int(np.ceil(_SHARE_AT_ONCE * len(wrong))))
+        count = max(_LEAST_AT_ONCE, int(np.ceil(share * len(wrong))))
         return wrong[np.argsort(-wish[wrong], kind="stable")[:count]]
     zero = np.flatnonzero(free)
     if not len(zero):

@@ -20,19 +20,24 @@ from .kinks import without_kinks
 from .layout import Layout
 from .sentences import PlacedSentence
 from .settings import Settings
-from .smoothing import STAGES
 from .surface import TriangleSurface
 
-# First layouts have quads as large as so many squares on the surface.
-_SQUARES = (6, 12, 20, 35, 60, 80, 130, 200, 350, 550)
+# First layouts: quads as large as so many squares on the surface, and the share of arcs that are
+# lengthened at a time, see `solve_coarse_lengths`.
+_FIRST = (
+    (3, 0.08), (6, 0.08), (6, 0.33), (12, 0.08), (12, 0.33), (20, 0.33), (35, 0.33), (80, 0.33),
+    (130, 0.33), (200, 0.33), (550, 0.33),
+)
 # The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
 # of the best one of all those tried.
 _GOOD_START = {"balanced": 0.65, "fewest": 0.5}
-_NEARLY = {"balanced": 0.85, "fewest": 0.7}
+_NEARLY = {"balanced": 0.75, "fewest": 0.6}
+# The next start is better shaped by so much.
+_BETTER = 0.05
 # Without any first layout as well shaped as this the direct layout is taken.
 _LEAST_START = 0.1
 # First layouts that are smoothed and judged at most.
-_MOST_JUDGED = 5
+_MOST_JUDGED = 4
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
 _LEAST = {"balanced": 0.62, "fewest": 0.4}
@@ -49,8 +54,8 @@ _TRIAL_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3))
 _FINE_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
 # The boundary may stray by so many edge lengths from the quads, or divisions are added.
 _STRAYING = 0.18
-_MOST_REFINEMENTS = 3
-# A fine mesh worse than this share of its draft is smoothed at length.
+_MOST_REFINEMENTS, _MOST_MORE = 3, 1.05
+# A fine mesh worse than this share of its draft is placed in two steps.
 _FINE_SHARE = 0.9
 
 
@@ -98,45 +103,59 @@ def coarsen(
     else:
         goal = _Goal(settings.edge_length, None)
     layout, kinks = without_kinks(layout)
+    starts = _first_drafts(surface, layout, kinks, goal, cancelled)
+    best = _coarsest(starts, goal, "balanced")
+    if best is not None and settings.coarseness == "fewest":
+        most = best[2].blocks.count - 1
+        best = _coarsest([*starts, best[:2]], goal, "fewest", most) or best
+    return None if best is None else best[2]
+
+
+def _coarsest(starts, goal, coarseness, most=None):
+    """The layout of few blocks whose wanted quads are well shaped, and how it is reached.
+
+    (DraftBoard, its last Draft, Draft of the wanted quads), or None if none has valid quads, and no
+    more than `most` blocks. Where shapes suffer, the next start is tried: it has better shapes.
+    """
     best = None
-    for board, draft in _first_drafts(
-        surface, layout, kinks, goal, settings.coarseness, cancelled
-    ):
-        draft = remove_rows(board, draft, goal.size, settings.coarseness)
+    for board, draft in _well_shaped(starts, coarseness):
+        draft = remove_rows(board, draft, goal.size, coarseness)
+        if most is not None and draft.blocks.count > most:
+            continue
         fine = _fine_draft(board, draft, goal)
-        if fine is not None and (best is None or fine.worst > best.worst):
-            best = fine
-        if best is not None and best.worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
+        if fine is not None and (best is None or fine.worst > best[2].worst):
+            best = board, draft, fine
+        if best is not None and best[2].worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
             break
     return best
 
 
-def _first_drafts(surface, layout, kinks, goal, coarseness, cancelled):
-    """Layouts to start from: a list of (DraftBoard, Draft), the fewest blocks first.
+def _well_shaped(starts, coarseness):
+    """Starts of good shape, the fewest blocks first, each better shaped than the one before."""
+    best = max((draft.worst for _, draft in starts), default=0.0)
+    least = min(_GOOD_START[coarseness], _NEARLY[coarseness] * best)
+    chosen = []
+    for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
+        if draft.worst >= max(least, _LEAST_START):
+            chosen.append((board, draft))
+            least = draft.worst + _BETTER
+    return chosen
 
-    The first one is well shaped, or nearly as well as the best; the others are better shaped.
+
+def _first_drafts(surface, layout, kinks, goal, cancelled):
+    """Smoothed drafts to start from: a list of (DraftBoard, Draft), the fewest blocks first.
+
+    The last one is well shaped, or no more than a few have been tried.
     """
-    found, best = [], _LEAST_START
+    found = []
     for board, draft in _connected_drafts(surface, layout, kinks, goal, cancelled):
-        if len(found) == _MOST_JUDGED:
-            break
         try:
-            draft = board.place(draft, _FIRST_STAGES)
+            found.append((board, board.place(draft, _FIRST_STAGES)))
         except LayoutError:
             continue
-        found.append((board, draft))
-        if draft.worst >= _GOOD_START[coarseness]:
+        if found[-1][1].worst >= _GOOD_START["balanced"] or len(found) == _MOST_JUDGED:
             break
-    result = []
-    best = max((draft.worst for _, draft in found), default=0.0)
-    if best < _LEAST_START:
-        return []
-    least = min(_GOOD_START[coarseness], _NEARLY[coarseness] * best)
-    for board, draft in found:
-        if draft.worst >= least:
-            result.append((board, draft))
-            least = draft.worst + 0.05
-    return result
+    return found
 
 
 def _connected_drafts(surface, layout, kinks, goal, cancelled):
@@ -145,12 +164,12 @@ def _connected_drafts(surface, layout, kinks, goal, cancelled):
     Of several with the same number of blocks the one with the shortest arcs.
     """
     found = {}
-    for squares in _SQUARES:
+    for squares, share in _FIRST:
         size = np.sqrt(surface.face_area.sum() / squares)
         if found and size < goal.size:
             break
         try:
-            length = solve_coarse_lengths(layout, size, cancelled)
+            length = solve_coarse_lengths(layout, size, cancelled, share)
             board = DraftBoard(surface, layout, length, kinks, cancelled)
             draft = _connected_draft(board, goal)
         except LayoutError:
@@ -214,26 +233,49 @@ def _without(board, draft, members) -> Draft | None:
 
 
 def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
-    """The wanted quads of a draft's layout, None if they are not valid."""
-    width, alive = board.widths(draft), draft.division > 0
+    """The wanted quads of a draft's layout, None if they are not valid.
+
+    Where their shapes suffer, they are placed by way of a mesh between the two.
+    """
     try:
-        fine = board.connect(goal.divide(board, width, board.rows(draft), alive))
+        fine = _divided(board, draft, goal)
     except LayoutError:
         return None
-    fine = _along_walls(board, board.follow(fine, draft), draft, goal)
-    fine = board.smoothed(fine, _FINE_STAGES)
+    plain = _along_walls(board, board.follow(fine, draft), draft, goal)
+    fine = board.smoothed(plain, _FINE_STAGES)
     if fine.worst < _FINE_SHARE * draft.worst:
-        again = board.smoothed(fine, STAGES)
-        fine = again if again.worst > fine.worst else fine
+        again = _by_way_of(board, draft, goal, plain)
+        fine = again if again is not None and again.worst > fine.worst else fine
     return fine if fine.worst > 0 else None
+
+
+def _divided(board, draft, goal) -> Draft:
+    """A draft's layout divided as it is wanted, not placed."""
+    division = goal.divide(board, board.widths(draft), board.rows(draft), draft.division > 0)
+    return board.connect(division)
+
+
+def _by_way_of(board, draft, goal, fine) -> Draft | None:
+    """The quads of `fine` placed and smoothed in two steps; None if there is nothing between."""
+    count = np.sqrt(len(draft.quads.quad) * len(fine.quads.quad))
+    size = float(np.sqrt(board.surface.face_area.sum() / count))
+    try:
+        middle = _divided(board, draft, _Goal(size, int(count)))
+    except LayoutError:
+        return None
+    if not len(draft.quads.quad) < len(middle.quads.quad) < len(fine.quads.quad):
+        return None
+    middle = board.smoothed(board.follow(middle, draft), _TRIAL_STAGES)
+    return board.smoothed(board.follow(fine, middle), _FINE_STAGES)
 
 
 def _along_walls(board: DraftBoard, fine: Draft, draft: Draft, goal) -> Draft:
     """Divided anew where the boundary strays too far from the straight edges of the quads.
 
-    There the chords count as wider than they are; the number of quads stays as it was wanted.
+    There the chords count as wider than they are; the number of quads stays about as it was.
     """
     width, row, alive = board.widths(draft), board.rows(draft), draft.division > 0
+    count = len(fine.quads.quad)
     for _ in range(_MOST_REFINEMENTS):
         size = np.sqrt(board.surface.face_area.sum() / len(fine.quads.quad))
         excess = board.straying(fine) / (_STRAYING * size)
@@ -241,9 +283,12 @@ def _along_walls(board: DraftBoard, fine: Draft, draft: Draft, goal) -> Draft:
             break
         width = width * np.sqrt(np.clip(excess, 1.0, 4.0))
         try:
-            fine = board.follow(board.connect(goal.divide(board, width, row, alive)), draft)
+            trial = board.connect(goal.divide(board, width, row, alive))
         except LayoutError:
             break
+        if not 1 / _MOST_MORE < len(trial.quads.quad) / count < _MOST_MORE:
+            break
+        fine = board.follow(trial, draft)
     return fine
 
 

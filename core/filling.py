@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .blocks import find_blocks
 from .coarsening import coarsen, thin_blocks
 from .covering import quads_over_faces
 from .decomposition import QuadMesh
@@ -26,10 +27,13 @@ from .worst_quads import mend_worst_quads
 
 # Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
 # other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
-LEAST_FACTOR = 0.6
+LEAST_FACTOR = 0.7
 # CPU seconds that a coarse layout may take before the cells are filled as they are.
 COARSE_SECONDS = 30.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
+# Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
+LEAST_COARSE = 0.35
+_BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
 MOST_REFINEMENTS = 3
 # Times that arcs are lengthened before a layout counts as too coarse to fill.
@@ -70,9 +74,19 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
             if not patience.ran_out:
                 raise
             coarse, notes = None, (_NO_TIME,)
-        if coarse is not None:
-            return _fill_coarsely(surface, layout, settings, coarse, cancelled)
-    return replace(_fill_directly(surface, layout, settings, cancelled), warnings=notes)
+        if coarse is not None and _is_coarser(surface, layout, settings, coarse, cancelled):
+            filling = _fill_coarsely(surface, layout, settings, coarse, cancelled)
+            if _worst(filling) >= LEAST_COARSE:
+                return filling
+            notes = (_BAD_SHAPES,)
+    direct = replace(_fill_directly(surface, layout, settings, cancelled), warnings=notes)
+    if _BAD_SHAPES in notes and _worst(filling) >= _worst(direct):
+        return filling
+    return direct
+
+
+def _worst(filling: Filling) -> float:
+    return float(filling.quads.scaled_jacobian.min())
 
 
 def _fill_directly(surface, layout: Layout, settings, cancelled) -> Filling:
@@ -99,6 +113,26 @@ def _fill_once(surface, layout: Layout, settings, lower, cancelled):
     )
     face_quad = _quads_over_faces(surface, layout, quads, mapped)
     return _collect(layout, quads, sheets, placement, face_quad, ()), length
+
+
+def _is_coarser(surface, layout: Layout, settings, coarse: Draft, cancelled) -> bool:
+    """Has a coarse layout no more blocks than the direct one?
+
+    The lines of the direct one run on beyond its cells: it has at least as many blocks as cells.
+    """
+    if coarse.blocks.count <= layout.complex.cell_count:
+        return True
+    lower, gluing = np.ones(layout.complex.arc_count, np.int64), layout.gluing
+    try:
+        length, quads = _verified_lengths(surface, layout, settings, lower, cancelled)
+    except LayoutError:
+        return True
+    sheets, crease = None, ()
+    if gluing is not None:
+        sheets, crease = build_sheets(gluing, quads, length), crease_edges(gluing, quads)
+    source = source_vertices(quads, sheets)
+    direct = find_blocks(quads.quad, quads.vertex_count, source, crease)
+    return coarse.blocks.count <= direct.count
 
 
 def _fill_coarsely(surface, layout: Layout, settings, draft: Draft, cancelled) -> Filling:
