@@ -65,24 +65,32 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
 
     Raises LayoutError where no valid quad mesh of about this size exists, Cancelled.
     """
-    notes = ()
+    coarse, notes = None, ()
     if settings.coarseness != "direct":
-        patience = Patience(COARSE_SECONDS, cancelled)
-        try:
-            coarse = coarsen(surface, layout, settings, patience)
-        except Cancelled:
-            if not patience.ran_out:
-                raise
-            coarse, notes = None, (_NO_TIME,)
-        if coarse is not None and _is_coarser(surface, layout, settings, coarse, cancelled):
-            filling = _fill_coarsely(surface, layout, settings, coarse, cancelled)
-            if _worst(filling) >= LEAST_COARSE:
-                return filling
+        draft, notes = _coarse_draft(surface, layout, settings, cancelled)
+        if draft is not None and _is_coarser(surface, layout, settings, draft, cancelled):
+            coarse = _fill_coarsely(surface, layout, settings, draft, cancelled)
+            if _worst(coarse) >= LEAST_COARSE:
+                return coarse
             notes = (_BAD_SHAPES,)
-    direct = replace(_fill_directly(surface, layout, settings, cancelled), warnings=notes)
-    if _BAD_SHAPES in notes and _worst(filling) >= _worst(direct):
-        return filling
-    return direct
+    try:
+        direct = replace(_fill_directly(surface, layout, settings, cancelled), warnings=notes)
+    except LayoutError:
+        if coarse is None:
+            raise
+        return coarse
+    return direct if coarse is None or _worst(direct) > _worst(coarse) else coarse
+
+
+def _coarse_draft(surface, layout: Layout, settings, cancelled):
+    """(Draft or None, sentences): a coarse layout, if one is found in time."""
+    patience = Patience(COARSE_SECONDS, cancelled)
+    try:
+        return coarsen(surface, layout, settings, patience), ()
+    except Cancelled:
+        if not patience.ran_out:
+            raise
+        return None, (_NO_TIME,)
 
 
 def _worst(filling: Filling) -> float:
