@@ -83,7 +83,6 @@ class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
 
     def draw(self, context):
         self.layout.use_property_split = True
-        self.layout.activate_init = True  # so that a number can be typed at once
         self.layout.prop(self, "divisions")
 
     def wish(self, context, collection, computed, before, edges):
@@ -99,7 +98,19 @@ class CROSSFIELD_OT_lock_divisions(_DivisionOperator, bpy.types.Operator):
         chord = find_chords(divided.blocks).edge_chord
         locked = [edge for edge, _ in wanted.locks]
         follow = np.isin(chord, chord[locked]).sum() - len(locked)
-        return f"{len(locked)} block edges locked, {follow} follow; {len(divided.quads.quads):,} quads"
+        edges = "edge" if len(locked) == 1 else "edges"
+        return (
+            f"{len(locked)} block {edges} locked, {follow} more must follow;"
+            f" {len(divided.quads.quads):,} quads"
+        )
+
+
+def draw_edge_menu(menu, context):
+    """The entries in the context menu of edit mode, on block meshes."""
+    if context.object is not None and context.object.get(results.ROLE) == "blocks":
+        menu.layout.separator()
+        menu.layout.operator("crossfield.lock_divisions", icon="LOCKED")
+        menu.layout.operator("crossfield.unlock_divisions", icon="UNLOCKED")
 
 
 class CROSSFIELD_OT_unlock_divisions(_DivisionOperator, bpy.types.Operator):
@@ -126,7 +137,8 @@ class CROSSFIELD_OT_unlock_divisions(_DivisionOperator, bpy.types.Operator):
         return replace(before, locks=kept)
 
     def outcome(self, divided, wanted):
-        return f"{len(wanted.locks)} block edges are locked; {len(divided.quads.quads):,} quads"
+        edges = "edge is" if len(wanted.locks) == 1 else "edges are"
+        return f"{len(wanted.locks)} block {edges} locked; {len(divided.quads.quads):,} quads"
 
 
 class CROSSFIELD_OT_regrid(_DivisionOperator, SettingProperties, WallProperties, bpy.types.Operator):

@@ -10,7 +10,13 @@ from bpy_extras.io_utils import ExportHelper
 from ..core.mesh_files import quads_obj
 from . import shown_result, solver_files
 from .output_files import OutputFiles, check_targets
-from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode
+from .reporting import (
+    ReportingOperator,
+    poll_blocks,
+    result_name,
+    result_of,
+    results_in_object_mode,
+)
 from .typed_numbers import as_typed
 
 # The forms of `plot3d.FORMS`.
@@ -42,6 +48,16 @@ class _ExportOperator(ReportingOperator, ExportHelper):
     @classmethod
     def poll(cls, context):
         return poll_blocks(cls, context)
+
+    def invoke(self, context, event):
+        if not self.filepath:
+            folder = Path(bpy.data.filepath).parent
+            self.filepath = str(folder / self.file_name(result_name(context)))
+        return super().invoke(context, event)
+
+    def file_name(self, name):
+        """The file to offer for the result of an object of this name."""
+        return bpy.path.clean_name(name) + self.filename_ext
 
     def run(self, context):
         collection = result_of(context)
@@ -149,10 +165,8 @@ class CROSSFIELD_OT_export_open_foam(_ExportOperator, bpy.types.Operator):
         unit="LENGTH",
     )
 
-    def invoke(self, context, event):
-        if not self.filepath:
-            self.filepath = str(Path(bpy.data.filepath).parent / "blockMeshDict")
-        return super().invoke(context, event)
+    def file_name(self, name):
+        return "blockMeshDict"
 
     def contents(self, decomposition, patches, target):
         height = as_typed(self.thickness) or None

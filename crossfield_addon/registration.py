@@ -44,6 +44,7 @@ def register():
         bpy.utils.register_class(cls)
     bpy.types.Scene.crossfield = bpy.props.PointerProperty(type=properties.CrossfieldSettings)
     bpy.types.TOPBAR_MT_file_export.append(operator_export.draw_menu)
+    bpy.types.VIEW3D_MT_edit_mesh_context_menu.append(operator_divisions.draw_edge_menu)
     _handlers.append(overlay.add_handler())
     if hasattr(bpy.utils, "register_cli_command"):
         _commands.append(bpy.utils.register_cli_command("crossfield", command_line.main))
@@ -55,6 +56,7 @@ def unregister():
         bpy.utils.unregister_cli_command(_commands.pop())
     while _handlers:
         overlay.remove_handler(_handlers.pop())
+    bpy.types.VIEW3D_MT_edit_mesh_context_menu.remove(operator_divisions.draw_edge_menu)
     bpy.types.TOPBAR_MT_file_export.remove(operator_export.draw_menu)
     del bpy.types.Scene.crossfield
     for cls in reversed(_CLASSES):

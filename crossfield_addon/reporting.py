@@ -66,6 +66,13 @@ def result_of(context):
     return collection
 
 
+def result_name(context) -> str:
+    """Name of the object that was decomposed to what the active object belongs to."""
+    collection = result_of(context)
+    source = results.source_of(collection)
+    return collection.name if source is None else source.name
+
+
 @contextmanager
 def results_in_object_mode(shown):
     """Leave edit mode while result objects are read or changed, if any of them is being edited."""

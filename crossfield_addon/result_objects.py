@@ -144,6 +144,7 @@ def block_object(name, decomposition, locks=()):
     write_divisions(mesh, quads, blocks, locks)
     result = bpy.data.objects.new(name, mesh)
     result.display_type = "WIRE"
+    result.hide_render = True  # it lies in the quads
     result[ROLE] = "blocks"
     return result
 
