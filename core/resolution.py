@@ -26,7 +26,9 @@ _ROUNDS = 40
 # Least angles of triangles whose edges may be flipped over polygons, and are cut only when the
 # edges round them are short enough.
 _NEEDLE, _NARROW = np.radians(10.0), np.radians(20.0)
-_COPLANAR = 1e-9  # distance from the plane, over the length of the edge, that does not count
+# What a flip may move the surface by: a share of the shorter diagonal, and a length, where the mesh
+# has the size 1. Coordinates kept in 32 bits or written with seven digits are as far from flat.
+_COPLANAR, _ROUNDED = 1e-3, 2e-7
 _LARGER = 1e-6  # radians by which opposite angles must exceed pi for a flip
 
 
@@ -205,7 +207,9 @@ class _Refinement:
         size = np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1)
         angle = np.arctan2(size[0], ((a - c) * (b - c)).sum(1))
         angle += np.arctan2(size[1], ((a - d) * (b - d)).sum(1))
-        # Distance of d from the plane of a, b, c over the length of the edge, and the same side.
-        longest = np.linalg.norm(b - a, axis=1)
-        off = np.abs(((d - a) * one).sum(1)) / np.maximum(size[0] * longest, 1e-300)
-        return (off <= _COPLANAR) & ((one * two).sum(1) > 0), angle
+        # Distance between both diagonals of the four corners, one above the other.
+        between = np.linalg.norm(np.cross(b - a, d - c), axis=1)
+        off = np.abs(((d - a) * one).sum(1)) / np.maximum(between, 1e-300)
+        shorter = np.minimum(np.linalg.norm(b - a, axis=1), np.linalg.norm(d - c, axis=1))
+        coplanar = off <= np.minimum(_COPLANAR * shorter, _ROUNDED)
+        return coplanar & ((one * two).sum(1) > 0), angle

@@ -158,6 +158,18 @@ def test_flat_needles_are_flipped_and_kept_edges_are_not():
     assert covered == pytest.approx(surface.edge_length)
 
 
+@pytest.mark.parametrize("noise, flips", [(1e-8, True), (1e-5, False)])
+def test_flat_but_for_rounding_counts_as_flat(noise, flips):
+    """Coordinates of single precision, as STL and PLY files hold them, are as far from flat."""
+    flat = sheared(60, 8, 6)
+    points = flat.points / flat.diameter
+    points[:, 2] = noise * np.random.default_rng(4).uniform(-1, 1, len(points))
+    surface = build_surface(points, flat.triangles)
+    fine = refine(surface, np.arange(surface.face_count)).surface
+    assert (np.median(fine.corner_angle.max()) < surface.corner_angle.max() - 0.2) == flips
+    assert np.ptp(fine.points[:, 2]) <= 2 * noise
+
+
 def test_extreme_proportions_stay_bounded():
     strip = SQUARE * [1e6, 1, 1]
     surface, polygon = prepared(strip, [[0, 1, 2, 3]])
