@@ -160,7 +160,7 @@ class CROSSFIELD_OT_regrid(_DivisionOperator, SettingProperties, WallProperties,
 
     def draw(self, context):
         draw_size(self.layout, self, blocks=False)
-        draw_walls(self.layout, self, context.object)
+        draw_walls(self.layout, self, results.source_for(context.object))
 
     def outcome(self, divided, wanted):
         return divided.sentence()

@@ -17,14 +17,14 @@ from .wanted_divisions import WantedDivisions
 
 
 def _can_run(operator, context) -> bool:
-    source = context.object
+    source = results.source_for(context.object)
     if source is None:
         operator.poll_message_set("There is no active object; select a mesh.")
     elif source.type != "MESH":
         operator.poll_message_set(
             f"{source.name!r} is not a mesh; select a mesh or convert the object to one."
         )
-    elif source.mode not in {"OBJECT", "EDIT"}:
+    elif context.object.mode not in {"OBJECT", "EDIT"}:
         operator.poll_message_set("Crossfield runs in object mode and in edit mode only.")
     else:
         return True
@@ -46,7 +46,7 @@ class _StageOperator(ReportingOperator, SettingProperties, WallProperties):
 
     def run(self, context):
         fill_in(self, context.scene.crossfield)
-        source = context.object
+        source = results.source_for(context.object)
         arrays = mesh_arrays.read_object(context, source, self.marks)
         computed = self._decompose(context, arrays)
         notes, wanted, divided = [], WantedDivisions(), computed
@@ -84,7 +84,7 @@ class _StageOperator(ReportingOperator, SettingProperties, WallProperties):
             draw_size(self.layout, self)
         draw_details(self.layout, self, self.stop_after)
         if self.stop_after == "quads":
-            draw_walls(self.layout, self, context.object)
+            draw_walls(self.layout, self, results.source_for(context.object))
 
 
 def fill_in(operator, scene_settings) -> None:
@@ -204,11 +204,8 @@ class CROSSFIELD_OT_clear(bpy.types.Operator):
         return _can_run(cls, context)
 
     def execute(self, context):
-        source = context.object
-        collection = results.find_collection(source)
-        if collection is not None and results.source_of(collection) is not None:
-            source = results.source_of(collection)
+        source = results.source_for(context.object)
         if not results.remove_results(source):
-            self.report({"INFO"}, f"{context.object.name!r} has no results to remove.")
+            self.report({"INFO"}, f"{source.name!r} has no results to remove.")
             return {"CANCELLED"}
         return {"FINISHED"}

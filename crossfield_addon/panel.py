@@ -91,10 +91,7 @@ class CROSSFIELD_PT_divisions(_SubPanel, bpy.types.Panel):
         row.operator("crossfield.unlock_divisions", text="Unlock", icon="UNLOCKED")
         every = row.operator("crossfield.unlock_divisions", text="Unlock All")
         every.every = True
-        source = context.object
-        collection = results.find_collection(source)
-        if collection is not None:
-            source = results.source_of(collection) or source
+        source = results.source_for(context.object)
         draw_walls(layout.column(), context.scene.crossfield, source)
         layout.operator("crossfield.regrid", icon="FILE_REFRESH")
 

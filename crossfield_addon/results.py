@@ -148,6 +148,16 @@ def source_of(collection):
     return collection[_SOURCE]
 
 
+def source_for(shown):
+    """The object to decompose when an object is active: that which a result was made from.
+
+    An object that is no result, or whose mesh was deleted, stands for itself; None for None.
+    """
+    collection = find_collection(shown)
+    source = None if collection is None else source_of(collection)
+    return shown if source is None else source
+
+
 def find_object(collection, role):
     """The object of a result that is the "quads", "edges" (boundaries) or "blocks", or None."""
     for shown in collection.objects:

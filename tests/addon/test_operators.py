@@ -324,3 +324,44 @@ def test_linked_mesh_keeps_its_file_and_gets_results():
     assert len(result(source, "quads").data.polygons) > 10
     assert not [a for a in source.data.attributes.keys() if "crossfield" in a]
     assert bpy.ops.crossfield.clear() == {"FINISHED"}
+
+
+@in_blender
+def test_an_active_result_stands_for_the_mesh_it_was_made_from():
+    import bpy
+
+    from tests.addon.scenes import activate, add_disc, collection_of, result, values_of
+
+    source = add_disc()
+    bpy.ops.crossfield.decompose(quad_count=200)
+    bpy.ops.crossfield.edit_block_edges()
+    blocks = bpy.context.object
+    assert bpy.ops.crossfield.decompose(quad_count=400) == {"FINISHED"}
+    assert bpy.context.object == blocks and blocks.mode == "EDIT"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert 300 < len(result(source, "quads").data.polygons) < 500
+    assert len(collection_of(source).objects) == 3 + 4
+    assert values_of(blocks.data, "divisions").min() > 0
+    activate(result(source, "block boundaries"))
+    assert bpy.ops.crossfield.clear() == {"FINISHED"}
+    assert collection_of(source) is None and bpy.data.objects.keys() == ["Disc"]
+
+
+@in_blender
+def test_products_are_chosen_and_copies_of_them_are_the_users_own():
+    import bpy
+
+    from tests.addon.scenes import add_disc, collection_of, result
+
+    source = add_disc()
+    bpy.ops.crossfield.decompose(quad_count=200)
+    mine = result(source, "quads").copy()
+    mine.data = mine.data.copy()
+    collection_of(source).objects.link(mine)
+    faces = len(mine.data.polygons)
+    assert bpy.ops.crossfield.decompose(quad_count=400, products={"QUADS"}) == {"FINISHED"}
+    assert len(mine.data.polygons) == faces < len(result(source, "quads").data.polygons)
+    names = sorted(o.name for o in collection_of(source).objects)
+    assert names == ["Disc blocks", "Disc quads", mine.name]
+    assert bpy.ops.crossfield.decompose(quad_count=400, products={"BOUNDARIES"}) == {"FINISHED"}
+    assert bpy.ops.crossfield.clear() == {"FINISHED"}
