@@ -41,7 +41,7 @@ class _DivisionOperator(ReportingOperator):
             source = results.source_of(collection)
             results.update_divisions(collection, source, divided, wanted)
             select_edges(context.object, edges)
-        for note in divided.warnings:
+        for note in [note for note in divided.warnings if note not in computed.warnings]:
             self.report({"WARNING"}, note)
         self.report({"INFO"}, self.outcome(divided, wanted))
         return {"FINISHED"}

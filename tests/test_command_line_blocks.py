@@ -7,7 +7,7 @@ import pytest
 
 from core.mesh_files import read_mesh
 from tests.core import surfaces
-from tests.test_command_line import contents, plate, refused, run, write_obj  # noqa: F401
+from tests.test_command_line import ROOT, contents, plate, refused, run, write_obj  # noqa: F401
 
 FLAGS = "--plot3d --plot3d-binary --plot3d-unformatted --blockmesh --vtk --block-mesh --extrude"
 FLAGS += " --quality-table --lock --first-height --growth --wall --wall-material"
@@ -167,3 +167,12 @@ def test_a_material_names_the_walls(tmp_path, plate):  # noqa: F811
     path.write_text("\n".join([*lines[:first], "usemtl skin", *lines[first:]]) + "\n")
     (row,) = table(path, tmp_path, "--first-height", 1e-3, "--wall-material", "skin")
     assert row["max_aspect_ratio"] > 20
+
+
+def test_the_number_of_quads_is_not_told_of_before_new_divisions(tmp_path, capsys):
+    arguments = [ROOT / "examples" / "plate.obj", "--report", tmp_path / "r.json"]
+    arguments += ["--quad-count", 40]
+    assert run(*arguments) == 0
+    assert " quads instead of 40" in capsys.readouterr().out
+    assert run(*arguments, "--lock", "0=9") == 0
+    assert " quads instead of 40" not in capsys.readouterr().out
