@@ -38,12 +38,15 @@ class Creases:
                 result.append(simpler)
         return result
 
-    def without_near(self, crease, corners) -> np.ndarray:
-        """A mask without the pieces that come near inverted quads; marked ones stay.
+    def without_near(self, crease, points, reach) -> np.ndarray:
+        """A mask without the pieces that come near places where it went wrong; marked ones stay.
 
-        crease  (3F,) bool; corners (n, 4, 3) float64
+        crease  (3F,) bool; points (n, 3) float64; reach (n,) float64 or one for all
         """
+        reach = np.broadcast_to(reach, len(points))
+        return without_chains_near(self.surface, crease, np.asarray(points), reach, self.marked)
+
+    def without_beside(self, crease, corners) -> np.ndarray:
+        """The same for inverted quads with corners (n, 4, 3) float64."""
         size = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(1)
-        return without_chains_near(
-            self.surface, crease, corners.mean(1), _NEAR * size, self.marked
-        )
+        return self.without_near(crease, corners.mean(1), _NEAR * size)

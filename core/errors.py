@@ -14,7 +14,14 @@ class SettingsError(CrossfieldError):
 
 
 class LayoutError(CrossfieldError):
-    """No valid block layout was found for a surface that is in itself acceptable."""
+    """No valid block layout was found for a surface that is in itself acceptable.
+
+    place  (n, 3) float64, points of the surface where it went wrong; none if that is not known
+    """
+
+    def __init__(self, message, place=()):
+        super().__init__(message)
+        self.place = place
 
 
 class Cancelled(CrossfieldError):

@@ -154,11 +154,13 @@ def _cut_into_cells(surface, constraints, graph, regular, charts) -> Layout:
     else:
         raise LayoutError(f"Rings without corners remain after {MOST_ROUNDS} rounds of cutting.")
     cells = [orbit_sides(walk, flags) for walk, flags in orbits]
-    broken = sum(sides is None for sides in cells)
+    broken = [walk for (walk, _), sides in zip(orbits, cells, strict=True) if sides is None]
     if broken:
+        points = [_walk_points(arc_graph, halfarc)[0] for walk in broken for halfarc in walk]
         raise LayoutError(
-            f"{broken} of {len(cells)} regions of the layout do not have four corners; refine the "
-            "mesh or use another relaxation."
+            f"{len(broken)} of {len(cells)} regions of the layout do not have four corners; refine "
+            "the mesh or use another relaxation.",
+            np.array([graph.point(point) for point in points]),
         )
     complex_ = assemble(surface, constraints, graph, arc_graph, cells)
     cell_mesh = build_cell_mesh(graph, pieces, arc_graph.arcs, complex_)

@@ -150,7 +150,8 @@ def _refuse_joined_nodes(complex, is_zero):
         a, b = fixed[joined[0]], fixed[joined[0] + 1]
         raise LayoutError(
             f"The layout allows no quad between its nodes {a} and {b}, which must stay apart; "
-            "use another relaxation or a finer mesh."
+            "use another relaxation or a finer mesh.",
+            complex.node_position[[a, b]],
         )
 
 

@@ -48,6 +48,8 @@ STAGE_ENDS = {
 
 # CPU seconds after which the way being tried is given up for the last one, which never fails.
 PATIENCE = 75.0
+# Creases nearer than this share of the diameter to where a layout failed are to blame for it.
+NEAR = 0.02
 # Triangles of a working surface that may be cut into four for another attempt.
 MOST_TO_HALVE = 12_000
 # Faults of the program itself: they are told in the report, and another way is taken all the same.
@@ -146,6 +148,9 @@ def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
                 error = LayoutError(f"{_SLIP} ({type(error).__name__}: {error}); please report it.")
             notes.append(f"The {way.name} way failed: {error}")
             failure = error
+            if way.name == DIRECT and len(error.place):
+                reach = NEAR * working.surface.diameter
+                left = _without(creases.without_near(way.crease, error.place, reach), way) + left
             continue
         filling = parts[-3]
         quads = None if filling is None else filling.quads
@@ -153,12 +158,18 @@ def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
         if not len(inverted):
             return way.name, notes, parts
         notes.append(f"The {way.name} way failed: {len(inverted)} quads would be inverted.")
-        fewer = creases.without_near(way.crease, quads.points[inverted])
-        if way.name == DIRECT and fewer.sum() < way.crease.sum():
-            left.insert(0, Way(FEWER_CREASES, fewer, way.settings))
+        if way.name == DIRECT:
+            left = _without(creases.without_beside(way.crease, quads.points[inverted]), way) + left
     if settings.stop_after != "quads":
         raise failure
     return MIDPOINT_SPLIT, notes, _split_triangles(run, working, creases.all, settings)
+
+
+def _without(fewer, way: Way) -> list:
+    """The way with fewer creases, if they are fewer."""
+    if fewer.sum() == way.crease.sum():
+        return []
+    return [Way(FEWER_CREASES, fewer, way.settings)]
 
 
 def _decompose_along(run: Run, working: WorkingSurface, way: Way, cancelled):

@@ -304,7 +304,8 @@ def _refuse_merged(layout, complex):
         a, b = fixed[shared[0]], fixed[shared[0] + 1]
         raise LayoutError(
             f"Nodes {a} and {b} of the layout, which must stay apart, fall on one vertex; "
-            "use another relaxation or a finer mesh."
+            "use another relaxation or a finer mesh.",
+            complex.node_position[[a, b]],
         )
     loop = np.repeat(complex.arc_loop, np.diff(layout.arc_vertex_offset))
     vertex = layout.arc_vertex[loop >= 0]

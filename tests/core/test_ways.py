@@ -145,6 +145,25 @@ def test_creases_beside_inverted_quads_go_first(monkeypatch):
     assert length == pytest.approx(3 * (3 + 2 + 1))
 
 
+def test_creases_go_first_where_the_layout_failed(monkeypatch):
+    fill, left = pipeline.fill_cells, [1]
+
+    def fail(surface, *arguments):
+        if left[0]:
+            left[0] = 0
+            corner = surface.points[surface.points.sum(1).argmax()]
+            raise LayoutError("No quad fits here.", corner[None])
+        return fill(surface, *arguments)
+
+    monkeypatch.setattr(pipeline, "fill_cells", fail)
+    surface = surfaces.voxel_shell(np.ones((3, 2), bool))
+    result = decompose(surface.points, surface.triangles, Settings(quad_count=300))
+    assert result.way == FEWER_CREASES
+    ends = result.quads.points[result.quads.crease]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    assert length == pytest.approx(3 * (3 + 2 + 1))
+
+
 def test_marked_edges_are_kept_longer_than_others():
     cube = creased.cube(4)
     mask = dihedral_angle(cube) > 1
