@@ -8,7 +8,7 @@ from .blocks import Blocks
 from .chords import Chords
 
 # What is known on an edge is followed over this many times the mean length of the chord's edges.
-FADING = 3.0
+FADING = 10.0
 
 
 def fade_along_chord(blocks: Blocks, chords: Chords, chord: int, length, value, known) -> np.ndarray:

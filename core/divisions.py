@@ -123,8 +123,8 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     """Divide the blocks of a quad mesh with the same chords."""
     arcs = edge_arcs(surface, given.placement, given.blocks)
     if wanted.grading is None:
-        free = [None] * len(arcs)
-        division = _division(given, wanted, arcs, wanted.count, free, np.zeros(len(arcs), bool))
+        free, no = [None] * len(arcs), np.zeros(len(arcs), bool)
+        division = _division(given, wanted, arcs, wanted.count, free, no, no)
         division = replace(division, crease=wanted.crease)
         return regrid(surface, given.placement, given.blocks, arcs, division)
     loops, measured, tried = build_loops(surface), None, []
@@ -132,10 +132,10 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     for _ in range(_MOST_PASSES):
         spacing = space_edges(
             given.blocks, wanted.chords, given.placement.point,
-            edge_loops(given.blocks, given.placement.loop), np.array([arc[-1] for arc in arcs]),
+            edge_loops(given.blocks, given.placement.loop), arcs,
             wanted.count, wanted.locked, wanted.grading, measured, count,
         )
-        division = _division(given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads)
+        division = _division(given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads, ~spacing.faded)
         division = replace(
             division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured,
             crease=wanted.crease,
@@ -145,16 +145,17 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
             loops, fresh.placement, fresh.blocks, division.asked, wanted.grading
         )
         tried.append(replace(fresh, missed=missed))
-        if missed == 0:
+        settled = len(tried) > 1 and missed >= tried[-2].missed and (count == spacing.count).all()
+        if missed == 0 or settled:
             break
         count = spacing.count
     return max(tried, key=lambda grid: _rank(surface, grid))
 
 
-def _division(given, wanted, arcs, chord_count, prescribed, leads) -> Division:
+def _division(given, wanted, arcs, chord_count, prescribed, leads, by_arc) -> Division:
     count = chord_count[wanted.chords.edge_chord]
     index = edge_indices(
-        given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads
+        given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads, by_arc
     )
     return Division(count, index)
 

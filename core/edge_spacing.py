@@ -9,7 +9,6 @@ from .chord_fading import fade_along_chord
 from .chords import Chords
 
 
-
 def kinks_inside(fixed, blocks: Blocks) -> np.ndarray:
     """(E,) int64, fixed vertices inside each block edge; it needs a division more than these.
 
@@ -20,7 +19,7 @@ def kinks_inside(fixed, blocks: Blocks) -> np.ndarray:
     return before[offset[1:] - 1] - before[offset[:-1] + 1]
 
 
-def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, leads) -> list:
+def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, leads, by_arc) -> list:
     """Nodes of all block edges: list of E (n + 1,) float64, places between the old vertices, of 1.
 
     A place of 1/4 on an edge of 8 old divisions is its third old vertex: lines between nodes at the
@@ -29,8 +28,9 @@ def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, lead
     fixed  (P,) bool, vertices of the old mesh that stay vertices
     arcs   list of E, arc lengths at the old vertices of each edge
     count  (E,) int64, divisions
-    given  list of E, arc lengths over the edge's length that are prescribed, or None
-    leads  (E,) bool, prescribed spacing that must be kept
+    given  list of E, prescribed places of 1, or None
+    leads  (E,) bool, edges whose spacing must be kept
+    by_arc (E,) bool, prescribed places are arc lengths over the edge's length
 
     Where nothing is prescribed an edge is spaced in proportion to the spacing it has. Edges that
     lead and those with kinks are followed by the other edges of their chord, the less the further
@@ -43,7 +43,9 @@ def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, lead
         kinks = old[np.flatnonzero(fixed[chain[1:-1]]) + 1]
         if given[edge] is not None:
             # Only the nearest node moves to a kink, so that the cells at the wall stay.
-            index = np.interp(given[edge] * arc[-1], arc, old)
+            index = given[edge].copy()
+            if by_arc[edge]:
+                index = np.interp(index * arc[-1], arc, old)
             node = _nodes_for(np.interp(kinks, index, np.arange(len(index))), len(index) - 1)
             index[node] = kinks[: len(node)]
         else:

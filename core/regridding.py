@@ -17,6 +17,7 @@ from .blocks import Blocks
 from .boundary import build_loops
 from .chords import forward_sides
 from .errors import LayoutError
+from .grid_filling import fill_grid, sample_line
 from .placement import Placement
 from .projection import closest_point
 from .quads import grid_quads
@@ -25,8 +26,8 @@ from .wall_spacing import Grading, line_heights
 
 # Nodes this near to an old vertex, in old divisions, are that vertex.
 _SAME_INDEX = 1e-9
-# The first cell of a line may take this share of the room that it has, on a logarithmic scale.
-_MOST_STRETCH = 0.9
+# Bends of the boundary by more than this, in radians, get a node where cells are thin.
+_BEND = np.radians(15)
 # Points this near to the surface, in diagonals of its bounding box, lie on it.
 _ON_SURFACE = 1e-12
 
@@ -186,14 +187,19 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
         nodes.face[here] = placement.face[chain[np.rint(index).astype(np.int64)]]
         if blocks.edge_on_boundary[edge]:
             loop = np.full(len(index), placement.loop[chain[0]])
-            along = placement.loop_position[chain[0]] + sign[edge] * np.interp(index, old, arc)
+            at = np.interp(index, old, arc)
+            if division.grading is not None:
+                bends = _bends(loops, loop[0], placement.loop_position[chain[0]], sign[edge])
+                at = _moved_to_bends(at, bends[bends < arc[-1]], nodes.kept[here])
+                nodes.index[here] = np.interp(at, arc, old)
+            along = placement.loop_position[chain[0]] + sign[edge] * at
             nodes.position[here] = loops.wrap(loop, along)
             nodes.point[here], nodes.face[here] = loops.point(loop, along)
         elif division.crease is not None and division.crease.edge[edge]:
-            on_line = _sample_line(placement.point[chain], index)
+            on_line = sample_line(placement.point[chain], index)
             nodes.point[here], nodes.face[here] = division.crease.closest(on_line)
         elif len(fixed):
-            nodes.point[here] = _sample_line(placement.point[chain], index)
+            nodes.point[here] = sample_line(placement.point[chain], index)
         else:
             nodes.point[here] = _sample_curve(placement.point[chain], index)
     free = ~blocks.edge_on_boundary
@@ -206,6 +212,25 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
     return nodes
 
 
+def _bends(loops, loop, start, sign):
+    """(n,) float64, ascending, arc lengths from a place on a loop to its bends, counted along sign."""
+    piece = slice(loops.first[loop], loops.first[loop + 1])
+    ahead = loops.step[piece] / np.maximum(loops.step_length[piece], 1e-300)[:, None]
+    bent = (ahead * np.roll(ahead, 1, axis=0)).sum(1) < np.cos(_BEND)
+    return np.sort(np.mod(sign * (loops.position[piece][bent] - start), loops.length[loop]))
+
+
+def _moved_to_bends(at, bends, kept):
+    """Ascending arc lengths (n + 1,), each bend met by its nearest node: no thin cell cuts it off."""
+    result, free = at.copy(), ~kept
+    free[[0, -1]] = False
+    for bend in bends:
+        node = np.argmin(np.abs(at - bend))
+        if free[node]:
+            result[node], free[node] = bend, False
+    return result
+
+
 def _old_indices(place, last):
     """(n + 1,) float64, places of 1 in old divisions; those at old vertices become whole numbers."""
     index = place * last
@@ -215,18 +240,12 @@ def _old_indices(place, last):
     return index
 
 
-def _sample_line(point, index):
-    low = np.clip(np.floor(index).astype(np.int64), 0, len(point) - 2)
-    part = (index - low)[:, None]
-    return (1 - part) * point[low] + part * point[low + 1]
-
-
 def _sample_curve(point, index):
     """Points of the smooth curve through points (k, 3): cubic pieces, parameter the chord length."""
     step = np.diff(point, axis=0)
     size = np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None]
     if len(step) < 2:
-        return _sample_line(point, index)
+        return sample_line(point, index)
     slope = step / size
     inner = (size[:-1] * slope[1:] + size[1:] * slope[:-1]) / (size[:-1] + size[1:])
     tangent = np.concatenate([2 * slope[:1] - inner[:1], inner, 2 * slope[-1:] - inner[-1:]])
@@ -234,7 +253,7 @@ def _sample_curve(point, index):
     part = (index - low)[:, None]
     leaving = part * (1 - part) ** 2 * size[low] * (tangent[low] - slope[low])
     arriving = part**2 * (1 - part) * size[low] * (slope[low] - tangent[low + 1])
-    return _sample_line(point, index) + leaving + arriving
+    return sample_line(point, index) + leaving + arriving
 
 
 def _renumbered(blocks: Blocks, count) -> Blocks:
@@ -341,110 +360,3 @@ def _side(nodes: _Nodes, edge, forward):
     here = slice(nodes.offset[edge], nodes.offset[edge + 1])
     index, point = nodes.index[here], nodes.point[here]
     return (index, point) if forward else (index[-1] - index[::-1], point[::-1])
-
-
-def fill_grid(grid, sides, walls=None):
-    """A new grid inside new sides of a block.
-
-    grid     (n + 1, m + 1, 3) float64, the old grid
-    sides    four pairs, counter-clockwise from the first row: old index (k,) float64 of each node,
-             and its point (k, 3) float64
-    walls    None, or per side None or a function that gives the first cells (k,) of lines from
-             points (k, 3) in directions (k, 3)
-
-    Returns points (N + 1, M + 1, 3) and the old row and column (N + 1, M + 1) of each.
-    """
-    n, m = grid.shape[0] - 1, grid.shape[1] - 1
-    (bottom, _), (right, _), (top, _), (left, _) = sides
-    low, high = bottom / m, (m - top[::-1]) / m
-    start, end = (n - left[::-1]) / n, right / n
-    # Lines between opposite nodes of the index square cross where both equations hold.
-    lean, rise = high - low, (end - start)[:, None]
-    u = (low + start[:, None] * lean) / (1 - rise * lean)
-    v = start[:, None] + u * rise
-    gain = [point - _sample_line(line, index) for (index, point), line in zip(
-        sides, (grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])
-    )]
-    gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
-    straight = u, v
-    if walls and (walls[0] or walls[2]):
-        border = sides[0][1], sides[2][1][::-1]
-        v = _first_heights_met(
-            grid, low, high, straight[1], border, (gain[0], gain[2]), (walls[0], walls[2])
-        )
-        u = low + v * lean
-    if walls and (walls[1] or walls[3]):
-        border = sides[3][1][::-1], sides[1][1]
-        u = _first_heights_met(
-            grid.transpose(1, 0, 2), start, end, straight[0].T, border, (gain[3], gain[1]),
-            (walls[3], walls[1]),
-        ).T
-        if not (walls[0] or walls[2]):
-            v = start[:, None] + u * rise
-    point = _sample_grid(grid, n * v, m * u)
-    point += (1 - v)[..., None] * _sample(gain[0], low, u) + v[..., None] * _sample(gain[2], high, u)
-    point += (1 - u)[..., None] * _sample(gain[3], start, v) + u[..., None] * _sample(gain[1], end, v)
-    return point, n * v, m * u
-
-
-def _sample(value, at, place):
-    """Values (k, 3) known at ascending places (k,), interpolated at many places."""
-    return np.stack([np.interp(place, at, value[:, axis]) for axis in range(3)], axis=-1)
-
-
-def _sample_grid(grid, row, column):
-    """Points of the bilinear map of a grid."""
-    j = np.clip(np.floor(row).astype(np.int64), 0, grid.shape[0] - 2)
-    i = np.clip(np.floor(column).astype(np.int64), 0, grid.shape[1] - 2)
-    b, a = (row - j)[..., None], (column - i)[..., None]
-    below = (1 - a) * grid[j, i] + a * grid[j, i + 1]
-    above = (1 - a) * grid[j + 1, i] + a * grid[j + 1, i + 1]
-    return (1 - b) * below + b * above
-
-
-def _first_heights_met(grid, low, high, v, border, gain, rules):
-    """(N + 1, M + 1) v of the nodes on lines between the first and the last row of a grid.
-
-    low, high  (M + 1,), where the lines start and end, of 1
-    v          (N + 1, M + 1), of 1, as straight rows give it; its first and last lines are kept
-    border     the new nodes of the first and last row (M + 1, 3)
-    gain       two (M + 1, 3), what the first and last row gained over the old grid
-    rules      functions for the first cells at the first and the last row, None where it is no wall
-
-    A line is stretched towards a wall until its first cell is as long as the rule says, the less
-    the further from the wall, on a logarithmic scale: all its cells grow by little more or less.
-    """
-    rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
-    share = np.linspace(0, 1, 2 * rows + 1)[:, None]
-    line = _sample_grid(grid, rows * share + 0 * low, columns * (low + share * (high - low)))
-    line += (1 - share)[..., None] * gain[0] + share[..., None] * gain[1]
-    step = np.linalg.norm(np.diff(line, axis=0), axis=2)
-    far = 1.0 if None in rules else 0.5
-    result = v.copy()
-    if rules[0] is not None:
-        height = rules[0](border[0], line[1] - line[0])
-        _stretch(result, _places_at(step, height), far)
-    if rules[1] is not None:
-        height = rules[1](border[1], line[-2] - line[-1])
-        turned = 1 - result[::-1]
-        _stretch(turned, _places_at(step[::-1], height), far)
-        result = 1 - turned[::-1]
-    return result
-
-
-def _places_at(step, height):
-    """(M + 1,), where lines with steps (K, M + 1) are as long as the heights (M + 1,), of 1."""
-    arc = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
-    share = np.linspace(0, 1, len(arc))
-    return np.array([np.interp(h, line, share) for h, line in zip(height, arc.T)])
-
-
-def _stretch(v, first, far):
-    """Move the second row of v (N + 1, M + 1) to first (M + 1,), rows near far stay; in place."""
-    inner = v[1:-1, 1:-1]
-    near = inner[:1]
-    room = np.maximum(np.log(far / near), 1e-9)
-    share = np.clip(np.log(far / inner) / room, 0.0, 1.0)
-    inner *= np.minimum(first[1:-1] / near, np.exp(_MOST_STRETCH * room)) ** share
-
-

@@ -58,13 +58,15 @@ class WallSpacing:
     count      (chords,) int64, divisions
     fraction   list of E: (n + 1,) float64, arc length of the nodes over the edge's length, from
                its stored start; None where the grading asks nothing
-    leads      (E,) bool, edges whose fraction the others of their chord follow: those that leave a
-               wall, or where a chord has none, those behind such edges
+    faded      (E,) bool, edges beside those that leave a wall: their fractions are those of the
+               old divisions, not of the arc length
+    leads      (E,) bool, edges with fractions
     wall_side  (B, 4) bool, sides that lie on a wall
     """
 
     count: np.ndarray
     fraction: list
+    faded: np.ndarray
     leads: np.ndarray
     wall_side: np.ndarray
 
@@ -76,14 +78,14 @@ def edge_loops(blocks: Blocks, vertex_loop) -> np.ndarray:
 
 
 def space_edges(
-    blocks: Blocks, chords: Chords, points, edge_loop, edge_length, count, locked, grading: Grading,
+    blocks: Blocks, chords: Chords, points, edge_loop, edge_arc, count, locked, grading: Grading,
     measured=None, least=0,
 ) -> WallSpacing:
     """Spacing of all block edges for a grading.
 
     points       (P, 3) float64, vertices of the quad mesh
     edge_loop    (E,) int64, boundary loop of each edge or -1
-    edge_length  (E,) float64
+    edge_arc     list of E: (m + 1,) float64, arc length at the vertices of each edge
     count        (chords,) int64, divisions without grading; they give the regular spacing
     locked       (chords,) int64, locked divisions, 0 where free
     measured     first cells of lines by `measured_heights` of an earlier try, or None
@@ -93,6 +95,7 @@ def space_edges(
     locks that leave too few cells.
     """
     wall_side = _wall_sides(blocks, edge_loop, grading)
+    edge_length = np.array([arc[-1] for arc in edge_arc])
     regular = edge_length / count[chords.edge_chord]
     first, shrink, stretch = _first_heights(
         blocks, points, wall_side, edge_length, grading, measured
@@ -109,8 +112,13 @@ def space_edges(
         start = np.where(tight, least, start)
         regular = np.where(tight[chords.edge_chord], _WIDENING * regular, regular)
     ends = _faded_ends(blocks, chords, edge_length, reached, regular)
+    leads = np.isfinite(ends).any(1)
+    faded = leads & ~np.isfinite(reached).any(1)
+    # Cells of faded edges are measured by the old divisions at the edge's ends.
+    scale = np.array([(len(arc) - 1) * np.diff(arc)[[0, -1]] / arc[-1] for arc in edge_arc])
+    ends[faded] /= scale[faded]
     fraction = _fractions(edge_length, count[chords.edge_chord], ends, grading.growth)
-    return WallSpacing(count, fraction, np.isfinite(ends).any(1), wall_side)
+    return WallSpacing(count, fraction, faded, leads, wall_side)
 
 
 @dataclass(frozen=True)
