@@ -41,7 +41,7 @@ _MOST_JUDGED = 4
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
 _LEAST = {"balanced": 0.62, "fewest": 0.4}
-_SHARE = {"balanced": 0.85, "fewest": 0.6}
+_SHARE = {"balanced": 0.9, "fewest": 0.6}
 _THIN = 0.5
 _PATIENCE = {"balanced": 4, "fewest": 12}
 # A layout whose wanted quads come out worse than both of these, the second one a share of its

@@ -29,6 +29,9 @@ from .smoothing import STAGES, smooth
 from .surface import TriangleSurface
 from .transfer import transfer
 
+# Vertices for each kink on a loop from which on kinks find theirs before any smoothing.
+_ROOM_AT_ONCE = 8
+
 
 @dataclass(frozen=True)
 class Draft:
@@ -99,13 +102,21 @@ class DraftBoard:
         return Draft(division, length, quads, sheets, None, blocks, -1.0)
 
     def place(self, draft: Draft, stages=STAGES) -> Draft:
-        """A connected draft placed by the cells that it fills, and smoothed."""
+        """A connected draft placed by the cells that it fills, and smoothed.
+
+        Cells that have vanished leave the vertices of others unevenly spread: most kinks find theirs
+        after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
+        """
         gluing = self.layout.gluing
         length = draft.length if gluing is None else draft.length[gluing.arc]
         placement = place_vertices(
             self.surface, self.complex, self.layout.cell_mesh, draft.layout, length
         )
-        return self._smoothed(draft, self._snapped(draft, placement), stages)
+        if self.kinks is None or not len(self.kinks.loop):
+            return self._smoothed(draft, placement, stages)
+        placement = self._snapped(draft, placement, _ROOM_AT_ONCE)
+        even = self._smoothed(draft, placement, stages[:1])
+        return self._smoothed(draft, self._snapped(draft, even.placement), stages[1:])
 
     def follow(self, draft: Draft, old: Draft) -> Draft:
         """A connected draft placed by another one, not smoothed."""
@@ -119,11 +130,11 @@ class DraftBoard:
         """A placed draft smoothed."""
         return self._smoothed(draft, draft.placement, stages)
 
-    def _snapped(self, draft: Draft, placement: Placement) -> Placement:
+    def _snapped(self, draft: Draft, placement: Placement, room=2) -> Placement:
         if self.kinks is None:
             return placement
         across = None if draft.sheets is None else draft.sheets.across
-        return snap_to_kinks(self.surface, placement, self.kinks, across)
+        return snap_to_kinks(self.surface, placement, self.kinks, across, room)
 
     def _smoothed(self, draft, placement, stages):
         across = None

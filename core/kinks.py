@@ -63,12 +63,12 @@ def _places(complex, mask):
 
 
 def snap_to_kinks(
-    surface: TriangleSurface, placement: Placement, kinks: Kinks, across=None
+    surface: TriangleSurface, placement: Placement, kinks: Kinks, across=None, room=2
 ) -> Placement:
     """The nearest vertex of each kink put there and fixed, if no other kink is nearer to it.
 
-    Loops with fewer than two vertices for each kink are left as they are: there the kinks are those
-    of a smooth curve, and vertices on some of them would be spread unevenly.
+    Loops with fewer than `room` vertices for each kink are left as they are: there the kinks are
+    those of a smooth curve, and vertices on some of them would be spread unevenly.
 
     across  (P,) int64 or None, see `SheetQuads`: the copies on both sides of a cut go together;
             `gluing.synchronise` makes them meet exactly
@@ -77,7 +77,7 @@ def snap_to_kinks(
     """
     loop, position = kinks.loop, kinks.position
     vertices = np.bincount(placement.loop[placement.loop >= 0], minlength=surface.loop_count)
-    roomy = 2 * np.bincount(loop, minlength=surface.loop_count) <= vertices
+    roomy = room * np.bincount(loop, minlength=surface.loop_count) <= vertices
     loop, position = loop[roomy[loop]], position[roomy[loop]]
     vertex, gap = _nearest(surface, placement, loop, position)
     order = np.lexsort((gap, vertex))

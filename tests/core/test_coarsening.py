@@ -100,6 +100,15 @@ def test_invariants(name, coarseness):
     )
 
 
+@pytest.mark.parametrize("name", ["hexagon", "holes", "sphere", "handle"])
+def test_fewest_balanced_direct(name):
+    counts = [
+        blocks_of(fill(name, quad_count=600, coarseness=coarseness)[2]).count
+        for coarseness in ("fewest", "balanced", "direct")
+    ]
+    assert counts == sorted(counts)
+
+
 def test_corners_stay_where_they_are():
     _, layout, filling = fill("holes", quad_count=900, coarseness="fewest")
     complex = layout.complex
