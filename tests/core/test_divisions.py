@@ -145,6 +145,14 @@ def test_the_first_height_is_met_all_along_the_wall(results, name, height):
     assert len(heights) > 20 and np.abs(heights / height - 1).max() < 0.05
 
 
+@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("height", [1e-4, 2e-3])
+def test_graded_cells_keep_their_angles(results, name, height):
+    after = redivide(results(name), grading=Grading(height, 1.2))
+    assert after.quads.scaled_jacobian.min() > 0.3
+    assert scaled_jacobian(after.quads.points, after.quads.quads).min() > 0.3
+
+
 def test_cells_grow_by_the_ratio_until_they_are_regular(results):
     before = results("annulus")
     after = redivide(before, grading=Grading(1e-3, 1.3, (0,)))
