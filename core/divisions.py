@@ -96,15 +96,15 @@ def _divide(decomposition, wanted: _Wanted) -> Regridded:
     )
     fresh = _regrid(surface, given, wanted)
     good = fresh.missed == 0 and _shape(surface, fresh).min() > _WORST_SHAPE
-    # Vertices on feature edges would leave them when smoothed as if they were inside.
-    if good or len(decomposition.quads.crease):
+    if good:
         return fresh
     if wanted.grading is None:
-        return _smoothed(surface, fresh)
+        return _smoothed(surface, fresh, wanted.crease)
     count = np.zeros_like(wanted.count)
     count[wanted.chords.edge_chord] = divisions(given.blocks)
     count = np.maximum(2 * count, np.minimum(4 * count, _FINE_ENOUGH))
-    finer = _smoothed(surface, _regrid(surface, given, replace(wanted, count=count, grading=None)))
+    finer = _regrid(surface, given, replace(wanted, count=count, grading=None))
+    finer = _smoothed(surface, finer, wanted.crease)
     better = _regrid(surface, finer, wanted)
     return max(fresh, better, key=lambda grid: _rank(surface, grid))
 
@@ -115,8 +115,13 @@ def _rank(surface, grid: Regridded):
     return worst > 0, -grid.missed, worst
 
 
-def _smoothed(surface, grid: Regridded) -> Regridded:
-    return replace(grid, placement=smooth(surface, grid.placement, grid.quads))
+def _smoothed(surface, grid: Regridded, crease: Crease | None) -> Regridded:
+    """The grid smoothed; vertices on feature edges stay, as they would leave these."""
+    held = grid.placement.fixed.copy()
+    for edge in np.flatnonzero(crease.edge) if crease is not None else ():
+        held[edge_chain(grid.blocks, edge)] = True
+    placement = smooth(surface, replace(grid.placement, fixed=held), grid.quads)
+    return replace(grid, placement=replace(placement, fixed=grid.placement.fixed))
 
 
 def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
