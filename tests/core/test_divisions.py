@@ -13,7 +13,7 @@ from core.quality import scaled_jacobian
 from core.regridding import block_grid
 from core.settings import Settings
 from core.wall_spacing import Grading, edge_loops, turned_grid
-from tests.core import surfaces
+from tests.core import creased, surfaces
 
 MAKERS = {
     "disc": lambda: surfaces.disc(9),
@@ -151,6 +151,18 @@ def test_graded_cells_keep_their_angles(results, name, height):
     after = redivide(results(name), grading=Grading(height, 1.2))
     assert after.quads.scaled_jacobian.min() > 0.3
     assert scaled_jacobian(after.quads.points, after.quads.quads).min() > 0.3
+
+
+def test_walls_of_a_folded_plate_are_graded_and_its_crease_stays():
+    surface = creased.roof()
+    before = decompose(surface.points, surface.triangles, Settings(quad_count=600))
+    assert len(before.quads.crease)
+    after = redivide(before, grading=Grading(1e-3, 1.2))
+    demand_valid(before, after)
+    assert np.abs(first_heights(after, [0]) / 1e-3 - 1).max() < 0.05
+    on_crease = after.quads.points[np.unique(after.quads.crease)]
+    assert np.abs(on_crease[:, 0] - surface.points[:, 0].mean()).max() < 1e-9
+    assert after.quads.scaled_jacobian.min() > 0.3
 
 
 def test_cells_grow_by_the_ratio_until_they_are_regular(results):
