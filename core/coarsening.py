@@ -32,8 +32,8 @@ _FIRST = (
 # of the best one of all those tried.
 _GOOD_START = {"balanced": 0.65, "fewest": 0.5}
 _NEARLY = {"balanced": 0.75, "fewest": 0.6}
-# The next start is better shaped by so much.
-_BETTER = 0.05
+# The next start is better shaped by so much; hardly more blocks are up to so many times as many.
+_BETTER, _HARDLY_MORE = 0.05, 1.08
 # Without any first layout as well shaped as this the direct layout is taken.
 _LEAST_START = 0.1
 # First layouts that are smoothed and judged at most.
@@ -131,14 +131,20 @@ def _coarsest(starts, goal, coarseness, most=None):
 
 
 def _well_shaped(starts, coarseness):
-    """Starts of good shape, the fewest blocks first, each better shaped than the one before."""
+    """Starts of good shape, the fewest blocks first, each better shaped than the one before.
+
+    One that is better shaped at hardly more blocks takes the place of the one before.
+    """
     best = max((draft.worst for _, draft in starts), default=0.0)
-    least = min(_GOOD_START[coarseness], _NEARLY[coarseness] * best)
+    least = max(min(_GOOD_START[coarseness], _NEARLY[coarseness] * best), _LEAST_START)
     chosen = []
     for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
-        if draft.worst >= max(least, _LEAST_START):
-            chosen.append((board, draft))
-            least = draft.worst + _BETTER
+        if draft.worst < least:
+            continue
+        if chosen and draft.blocks.count <= _HARDLY_MORE * chosen[-1][1].blocks.count:
+            chosen.pop()
+        chosen.append((board, draft))
+        least = draft.worst + _BETTER
     return chosen
 
 
