@@ -48,6 +48,8 @@ STAGE_ENDS = {
 
 # CPU seconds after which the way being tried is given up for the last one, which never fails.
 PATIENCE = 75.0
+# Where these ways fail, the creases that are to blame go first.
+_GIVES_WAY = (DIRECT, FEWER_CREASES)
 # Creases nearer than this share of the diameter to where a layout failed are to blame for it.
 NEAR = 0.02
 # Triangles of a working surface that may be cut into four for another attempt.
@@ -148,7 +150,7 @@ def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
                 error = LayoutError(f"{_SLIP} ({type(error).__name__}: {error}); please report it.")
             notes.append(f"The {way.name} way failed: {error}")
             failure = error
-            if way.name == DIRECT and len(error.place):
+            if way.name in _GIVES_WAY and len(error.place):
                 reach = NEAR * working.surface.diameter
                 left = _without(creases.without_near(way.crease, error.place, reach), way) + left
             continue
@@ -158,7 +160,7 @@ def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
         if not len(inverted):
             return way.name, notes, parts
         notes.append(f"The {way.name} way failed: {len(inverted)} quads would be inverted.")
-        if way.name == DIRECT:
+        if way.name in _GIVES_WAY:
             left = _without(creases.without_beside(way.crease, quads.points[inverted]), way) + left
     if settings.stop_after != "quads":
         raise failure

@@ -25,8 +25,9 @@ GOOD_ENOUGH, MARGIN = 0.6, 0.1
 _MOST_QUADS, _ROUNDS, _PATIENCE, _LEAST_PROGRESS = 200, 100, 8, 0.01
 # Directions and distances, in mean lengths of the edges at the vertex, of the places tried.
 _DIRECTIONS, _DISTANCES = 12, (0.5, 0.25, 0.1, 0.04)
-# A quad costs exp(-_STEEPNESS * scaled Jacobian) + _UNEVENNESS * log(ratio of opposite edges)^2.
-_STEEPNESS, _UNEVENNESS = 5.0, 0.02
+# A quad costs exp(-steepness * scaled Jacobian) + _UNEVENNESS * log(ratio of opposite edges)^2; one
+# steepness after the other, each from the best that there is.
+_STEEPNESSES, _UNEVENNESS = (5.0, 8.0, 3.0), 0.02
 _LEAST_GAIN = 1e-4
 
 
@@ -41,25 +42,34 @@ def mend_worst_quads(
     than the given one. Raises Cancelled.
     """
     quad = np.asarray(quad, np.int64)
-    best, best_score, waited = placement, None, 0
+    for steepness in _STEEPNESSES:
+        placement, score = _search(surface, placement, quad, steepness, cancelled)
+        if score >= GOOD_ENOUGH:
+            break
+    return placement
+
+
+def _search(surface, placement, quad, steepness, cancelled):
+    """(Placement, score): the best of all rounds with one steepness, the given one included."""
+    best, best_score, waited = placement, -np.inf, 0
     for _ in range(_ROUNDS):
         if cancelled is not None and cancelled():
             raise Cancelled("The computation was cancelled.")
         normal = surface_normal(surface, placement.face, placement.point)
         shape = scaled_jacobian(placement.point, quad, normal)
-        score = -float((shape <= 0).sum()) if (shape <= 0).any() else shape.min()
-        if best_score is None or score > best_score + _LEAST_PROGRESS:
+        score = -float((shape <= 0).sum()) if (shape <= 0).any() else float(shape.min())
+        if score > best_score + _LEAST_PROGRESS:
             best, best_score, waited = placement, score, 0
         waited += 1
         if score >= GOOD_ENOUGH or waited > _PATIENCE:
             break
-        placement = _one_round(surface, placement, quad, normal, shape)
+        placement = _one_round(surface, placement, quad, normal, shape, steepness)
         if placement is None:
             break
-    return best
+    return best, best_score
 
 
-def _one_round(surface, placement, quad, normal, shape) -> Placement | None:
+def _one_round(surface, placement, quad, normal, shape, steepness) -> Placement | None:
     """The best moves of one round, None where there are none."""
     worst = np.argsort(shape, kind="stable")[:_MOST_QUADS]
     vertex = np.unique(quad[worst[shape[worst] < GOOD_ENOUGH]])
@@ -69,7 +79,9 @@ def _one_round(surface, placement, quad, normal, shape) -> Placement | None:
     owner, place, around = _incidences(quad, vertex, len(placement.point))
     point, face = _places(surface, placement, quad, vertex, owner, around)
     tried = surface_normal(surface, face.ravel(), point.reshape(-1, 3)).reshape(point.shape)
-    cost = _costs(placement.point, normal, quad[around], place, point[owner], tried[owner])
+    cost = _costs(
+        placement.point, normal, quad[around], place, point[owner], tried[owner], steepness
+    )
     total = np.stack([np.bincount(owner, column, len(vertex)) for column in cost.T], axis=1)
     gain = total[:, 0] - total.min(1)
     chosen = _alone_in_their_quads(gain, owner, around, len(quad))
@@ -110,7 +122,7 @@ def _places(surface, placement, quad, vertex, owner, around):
     return end.reshape(move.shape), triangle.reshape(move.shape[:2])
 
 
-def _costs(points, normal, quad, place, point, tried):
+def _costs(points, normal, quad, place, point, tried, steepness):
     """(n, K) float64, cost of each quad with one corner at each of K places.
 
     quad (n, 4), place (n,) the corner that moves; point, tried (n, K, 3) its places and normals
@@ -128,7 +140,7 @@ def _costs(points, normal, quad, place, point, tried):
     length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
     ratio = np.log(np.maximum(length, 1e-300))
     uneven = (ratio[:, 0] - ratio[:, 2]) ** 2 + (ratio[:, 1] - ratio[:, 3]) ** 2
-    cost = np.exp(-_STEEPNESS * shape) + _UNEVENNESS * uneven
+    cost = np.exp(-steepness * shape) + _UNEVENNESS * uneven
     return cost.reshape(count, places)
 
 
