@@ -1,9 +1,9 @@
 """The layout: all lines traced, every cell checked to be a four-sided disc, rings and traps mended.
 
 A boundary loop that no line reaches is given three lines; a ring between two closed walls is cut by
-three lines across it; a line that winds for ever is stopped by the four lines of a regular point
-put into its way, and everything is traced again. Full streamlines that wind themselves into a
-corner are traced again with half the limits.
+three lines across it; lines that wind for ever are stopped by the four lines of a regular point
+put into the way of each, and everything is traced again. Full streamlines that wind themselves into
+a corner are traced again with half the limits.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from .surface import TriangleSurface
 
 # Rounds of mending before the layout is given up.
 MOST_ROUNDS = 12
+# Rounds of barriers that must have made the trapped lines fewer.
+FUTILE_ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -65,20 +67,24 @@ def trace_layout(
     Raises LayoutError when no four-sided cells come out, Cancelled.
     """
     singular = np.flatnonzero(field.index)
-    regular = []
+    regular, trapped = [], []
     for _ in range(MOST_ROUNDS):
         faces = np.concatenate([singular, np.array(regular, np.int64)])
         try:
             graph = _trace_all(surface, constraints, field, faces, crossing_limits, cancelled)
             return _cut_into_cells(surface, constraints, graph, tuple(regular), charts)
         except LineTrapped as trap:
-            regular.append(_free_face(surface, trap.face, faces))
+            trapped.append(len(trap.faces))
+            if len(trapped) > FUTILE_ROUNDS and trapped[-1] >= trapped[-1 - FUTILE_ROUNDS]:
+                break
+            for face in trap.faces:
+                regular.append(_free_face(surface, face, np.concatenate([singular, regular])))
             if crossing_limits is not None:
                 crossing_limits = tuple(0.5 * limit for limit in crossing_limits)
         except _NothingToStartFrom as closed:
             regular.append(_free_face(surface, closed.face, faces))
     raise LayoutError(
-        f"Lines still spiral without end after {MOST_ROUNDS} barriers; use another relaxation or "
+        f"Lines still spiral without end after {len(regular)} barriers; use another relaxation or "
         "a finer mesh."
     )
 

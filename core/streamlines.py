@@ -35,13 +35,17 @@ PLAIN, BASE, STEM = 0, 1, 2
 
 
 class LineTrapped(LayoutError):
-    """A line winds between its own tracks for ever; `face` is a triangle of the surface there."""
+    """Lines wind between their own tracks for ever; `faces` are triangles of the surface there."""
 
-    def __init__(self, face: int):
+    def __init__(self, faces):
         super().__init__(
             "A line of the layout spirals without end; add a guide or use another relaxation."
         )
-        self.face = face
+        self.faces = tuple(faces)
+
+
+class _NoWayOn(Exception):
+    """The line that is being advanced is trapped."""
 
 
 @dataclass
@@ -223,17 +227,24 @@ class LineGraph:
     def run(self) -> None:
         """Advance all queued lines to their ends, always the shortest one first.
 
-        Raises LineTrapped, Cancelled.
+        Raises LineTrapped with all the places where lines are trapped, Cancelled.
         """
-        count = 0
+        count, trapped = 0, {}
         while self._queue:
             _, number = heappop(self._queue)
             line = self.tracks[number]
-            if self._advance(line):
-                self._wait(line)
+            try:
+                if self._advance(line):
+                    self._wait(line)
+            except _NoWayOn:
+                # Lines that wind side by side need one barrier only.
+                if not any((other, line.face) in self._passes for other in trapped):
+                    trapped[number] = int(self.lines.origin_face[line.face])
             count += 1
             if count % 256 == 0 and self._cancelled():
                 raise Cancelled("The decomposition was cancelled.")
+        if trapped:
+            raise LineTrapped(sorted(set(trapped.values())))
 
     def _advance(self, line: Line) -> bool:
         """Take a line through one triangle; False when it has ended."""
@@ -262,7 +273,7 @@ class LineGraph:
             # A full streamline may wind; from here on it ends at the next line.
             line.turn = inf
         if passes > MOST_PASSES * (1 if self._limits is None else 2):
-            raise LineTrapped(int(self.lines.origin_face[line.face]))
+            raise _NoWayOn
 
     def _heading(self, line, split) -> float:
         """Direction of the next chord in the plane of the triangle, by Heun's method."""
@@ -319,7 +330,7 @@ class LineGraph:
                     wish = share if number == side else float(number < side)
                     room = MARGIN * (gap[1] - gap[0])
                     return number, min(max(wish, gap[0] + room), gap[1] - room)
-        raise LineTrapped(int(self.lines.origin_face[split.face]))
+        raise _NoWayOn
 
     def _measure(self, line, split, place):
         x, y = split.place[line.points[-1]]

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from core import layout as layout_module
 from core.cells import NodeKind
 from core.constraints import boundary_constraints
 from core.cross_field import build_cross_field
+from core.errors import LayoutError
 from core.layout import trace_layout
+from core.streamlines import LineTrapped
 from tests.core import surfaces
 from tests.core.fields import smooth_field
 
@@ -149,3 +152,31 @@ def test_lines_of_wild_fields_never_wind_round_a_vertex(name, noise):
         c = result.complex
         assert c.node_count - c.arc_count + c.cell_count == surface.euler_characteristic
         assert len(result.regular_faces) <= 1
+
+
+def trapped_first(monkeypatch, rounds):
+    """Stand in for tracing: in each of the rounds lines are trapped in so many triangles."""
+    trace, calls = layout_module._trace_all, []
+
+    def trace_or_trap(surface, constraints, field, faces, *rest):
+        calls.append(len(faces))
+        if len(calls) <= len(rounds):
+            raise LineTrapped(range(rounds[len(calls) - 1]))
+        return trace(surface, constraints, field, faces, *rest)
+
+    monkeypatch.setattr(layout_module, "_trace_all", trace_or_trap)
+    return calls
+
+
+def test_every_trapped_line_gets_a_barrier_at_once(monkeypatch):
+    calls = trapped_first(monkeypatch, [3, 2])
+    _, _, found = layout("disc")
+    assert np.diff(calls).tolist() == [3, 2]
+    assert len(set(found.regular_faces)) == 5
+
+
+def test_barriers_that_free_no_line_are_given_up_soon(monkeypatch):
+    calls = trapped_first(monkeypatch, [4] * 99)
+    with pytest.raises(LayoutError, match="barriers"):
+        layout("disc")
+    assert len(calls) == layout_module.FUTILE_ROUNDS + 1
