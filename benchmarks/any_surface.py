@@ -128,7 +128,7 @@ def main():
         for name, points, polygons in source:
             rows.append(row(name, points, polygons, settings))
             print(" | ".join(str(value) for value in rows[-1].values()), flush=True)
-    text = "\n".join(["# Any surface", "", table(rows), "", summary(rows, arguments), ""])
+    text = "\n".join(["# Any surface", "", summary(rows, arguments), "", table(rows), ""])
     print("\n" + text)
     if arguments.output:
         arguments.output.write_text(text, encoding="utf-8")
@@ -141,7 +141,7 @@ def summary(rows, arguments):
     return (
         f"{first} of {len(done)} meshes came out by the first way ({100 * first / len(done):.0f} %),"
         f" {len(rows) - len(done)} were refused. {arguments.quads} quads wanted, coarseness"
-        f" {arguments.coarseness}. Way: see the guide. SJ: scaled Jacobian. Creases: mean distance"
+        f" {arguments.coarseness}. Way: see the [guide](guide.md#the-report). SJ: scaled Jacobian. Creases: mean distance"
         " of the creases of the input from the edges of the mesh, in mean edge lengths. Seconds:"
         f" of the report, CPU. Python {platform.python_version()}, NumPy {np.__version__}, one"
         " thread for linear algebra."
