@@ -115,23 +115,26 @@ def _coarsest(starts, goal, coarseness, most=None):
     """The layout of few blocks whose wanted quads are well shaped, and how it is reached.
 
     (DraftBoard, its last Draft, Draft of the wanted quads), or None if none has valid quads, and no
-    more than `most` blocks. Where shapes suffer, the next start is tried: it has better shapes.
+    more than `most` blocks. Where shapes suffer, the next better shaped start is tried.
     """
-    best = None
-    for board, draft in _well_shaped(starts, coarseness):
-        draft = remove_rows(board, draft, goal.size, coarseness)
+    best, least = None, 0.0
+    ladder = _well_shaped(starts, coarseness)
+    for rung, (board, start) in enumerate(ladder):
+        if best is not None and start.worst < least:
+            continue
+        draft = remove_rows(board, start, goal.size, coarseness)
         if most is not None and draft.blocks.count > most:
             continue
-        fine = _fine_draft(board, draft, goal)
+        fine = _fine_draft(board, draft, goal, untangle=rung == len(ladder) - 1)
         if fine is not None and (best is None or fine.worst > best[2].worst):
-            best = board, draft, fine
+            best, least = (board, draft, fine), start.worst + _BETTER
         if best is not None and best[2].worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
             break
     return best
 
 
 def _well_shaped(starts, coarseness):
-    """Starts of good shape, the fewest blocks first, each better shaped than the one before.
+    """Starts of good shape, the fewest blocks first.
 
     One that is better shaped at hardly more blocks takes the place of the one before.
     """
@@ -141,10 +144,12 @@ def _well_shaped(starts, coarseness):
     for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
         if draft.worst < least:
             continue
-        if chosen and draft.blocks.count <= _HARDLY_MORE * chosen[-1][1].blocks.count:
+        if chosen and (
+            draft.blocks.count <= _HARDLY_MORE * chosen[-1][1].blocks.count
+            and draft.worst >= chosen[-1][1].worst + _BETTER
+        ):
             chosen.pop()
         chosen.append((board, draft))
-        least = draft.worst + _BETTER
     return chosen
 
 
@@ -238,10 +243,11 @@ def _without(board, draft, members) -> Draft | None:
         return None
 
 
-def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
+def _fine_draft(board: DraftBoard, draft: Draft, goal, untangle: bool) -> Draft | None:
     """The wanted quads of a draft's layout, None if they are not valid.
 
-    Where their shapes suffer, they are placed by way of a mesh between the two.
+    Where their shapes suffer, they are placed by way of a mesh between the two; where some are
+    inverted only with `untangle`: it takes long and often does not help.
     """
     try:
         fine = _divided(board, draft, goal)
@@ -249,7 +255,7 @@ def _fine_draft(board: DraftBoard, draft: Draft, goal) -> Draft | None:
         return None
     plain = _along_walls(board, board.follow(fine, draft), draft, goal)
     fine = board.smoothed(plain, _FINE_STAGES)
-    if fine.worst < _FINE_SHARE * draft.worst:
+    if fine.worst < _FINE_SHARE * draft.worst and (fine.worst > 0 or untangle):
         again = _by_way_of(board, draft, goal, plain)
         fine = again if again is not None and again.worst > fine.worst else fine
     return fine if fine.worst > 0 else None
