@@ -52,6 +52,9 @@ PATIENCE = 75.0
 _GIVES_WAY = (DIRECT, FEWER_CREASES)
 # Creases nearer than this share of the diameter to where a layout failed are to blame for it.
 NEAR = 0.02
+# A worst scaled Jacobian that is no more than rounding keeps above 0, unless the surface has corners
+# so sharp; so many other ways are then tried, and the best one is taken.
+POOR, MORE_WHEN_POOR = 1e-4, 2
 # Triangles of a working surface that may be cut into four for another attempt.
 MOST_TO_HALVE = 12_000
 # Faults of the program itself: they are told in the report, and another way is taken all the same.
@@ -130,9 +133,9 @@ def _find_creases(given, mesh: CleanMesh, settings, marked_edges) -> Creases:
 
 def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
     """The first way that leads to a valid mesh: (its name, sentences, what `_collect` takes)."""
-    notes, failure = [], None
+    notes, failure, poor = [], None, []
     left = ways(creases.masks(), settings, working.surface.face_count <= MOST_TO_HALVE)
-    while left:
+    while left and len(poor) <= MORE_WHEN_POOR:
         way = left.pop(0)
         patience = Patience(PATIENCE - sum(run.seconds.values()), run.cancelled)
         if notes and patience():
@@ -158,10 +161,17 @@ def _first_valid(run: Run, working: WorkingSurface, creases: Creases, settings):
         quads = None if filling is None else filling.quads
         inverted = () if quads is None else quads.quads[quads.scaled_jacobian <= 0]
         if not len(inverted):
-            return way.name, notes, parts
+            worst = 1.0 if quads is None else float(quads.scaled_jacobian.min())
+            if worst > POOR:
+                return way.name, notes, parts
+            poor.append((worst, way.name, list(notes), parts))
+            notes.append(f"The {way.name} way failed: a quad would have no area.")
+            continue
         notes.append(f"The {way.name} way failed: {len(inverted)} quads would be inverted.")
         if way.name in _GIVES_WAY:
             left = _without(creases.without_beside(way.crease, quads.points[inverted]), way) + left
+    if poor:
+        return max(poor, key=lambda found: found[0])[1:]
     if settings.stop_after != "quads":
         raise failure
     return MIDPOINT_SPLIT, notes, _split_triangles(run, working, creases.all, settings)

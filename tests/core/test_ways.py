@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -171,6 +173,22 @@ def test_marked_edges_are_kept_longer_than_others():
     marked[[edge := np.flatnonzero(mask)[0], cube.twin[edge]]] = True
     masks = Creases(cube, mask, marked).masks()
     assert [int(each.sum()) for each in masks] == [96, 2, 0]
+
+
+@pytest.mark.parametrize("worst, way", [([1e-9, 0.5], "finer field"), ([1e-9, 3e-9, 2e-9], "finer field")])
+def test_a_quad_without_area_makes_way_for_a_better_mesh(worst, way, monkeypatch):
+    fill, left = pipeline.fill_cells, list(worst)
+
+    def fill_badly(*arguments):
+        filling = fill(*arguments)
+        jacobian = filling.quads.scaled_jacobian.copy()
+        jacobian[0] = left.pop(0)
+        return replace(filling, quads=replace(filling.quads, scaled_jacobian=jacobian))
+
+    monkeypatch.setattr(pipeline, "fill_cells", fill_badly)
+    result = run("disc")
+    assert result.way == way and not left
+    assert result.quads.scaled_jacobian[0] == max(worst)
 
 
 def test_the_time_of_a_failed_stage_counts():
