@@ -16,7 +16,8 @@ from .surface import TriangleSurface, next_halfedge, previous_halfedge
 _LEAST_CONTRAST = 8.0
 # The creases of a component against the bends of all its other edges, so far as these bend it both
 # ways: where everything does, as on a coarse cage of an animal, sharp edges mean nothing.
-_LEAST_MEAN_CONTRAST = 32.0
+# Both contrasts must be missing: the apex of a cone alone bends both ways.
+_LEAST_MEAN_CONTRAST, _ENOUGH_CONTRAST = 32.0, 8.0
 
 
 def drop_faint(surface: TriangleSurface, crease, angle) -> None:
@@ -54,8 +55,9 @@ def drop_crumpled(surface: TriangleSurface, crease, angle) -> None:
         total = np.bincount(part[chosen], bend[chosen], surface.component_count)
         return total / np.maximum(length, 1e-300)
 
-    rest = mean(~sharp) * _both_ways(surface, crease)
-    crumpled = mean(sharp) < _LEAST_MEAN_CONTRAST * rest
+    contrast = mean(sharp) / np.maximum(mean(~sharp), 1e-300)
+    crumpled = contrast < _LEAST_MEAN_CONTRAST * _both_ways(surface, crease)
+    crumpled &= contrast < _ENOUGH_CONTRAST
     crease &= ~np.repeat(crumpled[surface.component], 3)
 
 

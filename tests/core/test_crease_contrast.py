@@ -71,3 +71,16 @@ def test_where_everything_bends_both_ways_nothing_is_a_crease():
     crease = angle > START
     drop_crumpled(cube, crease, angle)
     assert crease.sum() == 2 * 12 * 4
+
+
+def test_the_rim_of_a_cone_is_a_crease():
+    around, turn = 32, 2 * np.pi * np.arange(32) / 32
+    points = np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1)
+    points = np.concatenate([points, [[0, 0, 2.0], [0, 0, 0]]])
+    here, there = np.arange(around), np.roll(np.arange(around), -1)
+    side = np.stack([here, there, np.full(around, around)], 1)
+    base = np.stack([there, here, np.full(around, around + 1)], 1)
+    surface = build_surface(points, np.concatenate([side, base]))
+    crease = detect_features(surface, START, FOLLOW)
+    assert crease.sum() == 2 * around
+    assert (surface.points[surface.tail[crease], 2] == 0).all()
