@@ -29,7 +29,7 @@ from .worst_quads import mend_worst_quads
 # other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
 LEAST_FACTOR = 0.7
 # CPU seconds that a coarse layout may take before the cells are filled as they are.
-COARSE_SECONDS = 30.0
+COARSE_SECONDS = 20.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
 # Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
 LEAST_COARSE = 0.35

@@ -75,7 +75,7 @@ def _conjugate_gradients(matrix, b, x, tolerance, iteration_limit, preconditione
     """Flexible conjugate gradients: the preconditioner need not be a fixed linear map."""
     residual = b - matrix.dot(x)
     limit = tolerance * np.linalg.norm(b)
-    direction, old_step = None, None
+    direction, old_step, curvature = None, None, None
     for _ in range(iteration_limit):
         if np.linalg.norm(residual) <= limit:
             break

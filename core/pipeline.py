@@ -47,7 +47,7 @@ STAGE_ENDS = {
 }
 
 # CPU seconds after which the way being tried is given up for the last one, which never fails.
-PATIENCE = 75.0
+PATIENCE = 60.0
 # Where these ways fail, the creases that are to blame go first.
 _GIVES_WAY = (DIRECT, FEWER_CREASES)
 # Creases nearer than this share of the diameter to where a layout failed are to blame for it.
