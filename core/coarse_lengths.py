@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from .errors import LayoutError
-from .gluing import verify_sheets
 from .layout import Layout
 from .lengths import solve_lengths
 from .quads import verify_lengths
+from .sheets import verify_sheets
 from .vanishing import arcs_to_blame
 
 # Arcs longer than so many quads do not vanish.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,30 +14,11 @@ from .cleaning import CleanMesh
 from .cross_field import CrossField
 from .interfaces import interfaces
 from .placement import Placement
+from .quad_mesh import QuadMesh
 from .settings import Settings
 from .singularities import Singularities
 from .surface import TriangleSurface
 from .t_layout import TLayout, build_t_layout, conforming_edges
-
-
-@dataclass(frozen=True)
-class QuadMesh:
-    """The conforming all-quad mesh.
-
-    points           (P, 3) float64, on the input surface; boundary vertices on its boundary
-    quads            (Q, 4) int64, counter-clockwise
-    on_boundary      (P,) bool
-    valence          (P,) int64, number of quads round each vertex
-    scaled_jacobian  (Q,) float64, the worst of the four corners
-    crease           (n, 2) int64, end vertices of the edges that lie on feature edges
-    """
-
-    points: np.ndarray
-    quads: np.ndarray
-    on_boundary: np.ndarray
-    valence: np.ndarray
-    scaled_jacobian: np.ndarray
-    crease: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,11 @@ from .chords import (
     locked_counts,
     mean_lengths,
 )
-from .decomposition import Decomposition, QuadMesh
+from .decomposition import Decomposition
 from .edge_spacing import edge_indices, kinks_inside
 from .errors import LayoutError, SettingsError
 from .projection import surface_normal
+from .quad_mesh import QuadMesh
 from .quality import scaled_jacobian
 from .regridding import Crease, Division, Regridded, edge_arcs, edge_chain, regrid
 from .smoothing import smooth

@@ -13,10 +13,9 @@ import numpy as np
 
 from .blocks import Blocks, find_blocks
 from .boundary import build_loops
-from .coarse_lengths import arcs_too_short
 from .coarse_divisions import chord_widths
+from .coarse_lengths import arcs_too_short
 from .errors import LayoutError
-from .gluing import SheetQuads, build_sheets, crease_edges, synchronise
 from .kinks import Kinks, snap_to_kinks
 from .layout import Layout
 from .layout_chords import LayoutChords, find_layout_chords, rows_of_blocks
@@ -25,6 +24,7 @@ from .placement import Placement
 from .projection import surface_normal
 from .quads import QuadLayout
 from .quality import scaled_jacobian
+from .sheets import SheetQuads, build_sheets, crease_edges, synchronise
 from .smoothing import STAGES, smooth
 from .surface import TriangleSurface
 from .transfer import transfer

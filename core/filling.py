@@ -9,18 +9,18 @@ import numpy as np
 from .blocks import find_blocks
 from .coarsening import coarsen, thin_blocks
 from .covering import quads_over_faces
-from .decomposition import QuadMesh
 from .drafts import Draft, source_vertices
 from .errors import Cancelled, LayoutError
-from .gluing import build_sheets, crease_edges, synchronise, verify_sheets
 from .layout import Layout
 from .lengths import scale_to_count, solve_lengths
 from .mapping import map_cells, place_vertices
 from .patience import Patience
 from .placement import Placement
+from .quad_mesh import QuadMesh
 from .quads import QuadLayout, verify_lengths
 from .quality import scaled_jacobian
 from .settings import Settings
+from .sheets import build_sheets, crease_edges, synchronise, verify_sheets
 from .smoothing import smooth
 from .surface import TriangleSurface
 from .worst_quads import mend_worst_quads

@@ -13,9 +13,10 @@ import numpy as np
 
 from .blocks import Blocks, verify_blocks
 from .charts import Charts
-from .decomposition import Decomposition, QuadMesh
+from .decomposition import Decomposition
 from .errors import CrossfieldError, InputError
 from .placement import Placement
+from .quad_mesh import QuadMesh
 from .settings import Settings
 from .singularities import Singularities
 from .surface import build_surface

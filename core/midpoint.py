@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from .boundary import build_loops
-from .decomposition import QuadMesh
 from .errors import Cancelled
 from .filling import Filling
 from .patience import Patience
 from .placement import Placement
+from .quad_mesh import QuadMesh
 from .quality import scaled_jacobian
 from .settings import Settings
 from .smoothing import smooth
