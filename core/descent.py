@@ -8,7 +8,7 @@ _MEMORY = 10
 _HALVINGS = 10
 _SUFFICIENT = 1e-4  # Armijo: share of the promised decrease that a step must bring
 _RESCALE = 4  # steps between two measurements of the preconditioner's scale
-_SETTLED = 1e-6  # relative decrease in one step that ends the search
+_SETTLED = 1e-5  # relative decrease in one step that ends the search
 
 
 def minimise(function, start, iterations, first_move, largest_move, precondition) -> np.ndarray:

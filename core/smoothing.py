@@ -28,6 +28,7 @@ from .surface import TriangleSurface
 STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3), (12, 0.1, 4, 2e-3))
 _UNTANGLING_ROUNDS = 8  # more of a stage while quads are still inverted
 _ITERATIONS = 16
+_MOST_DENSE = 700  # inner vertices up to which diffusion is a dense matrix: quicker than cycles
 _SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
 _MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
 
@@ -220,11 +221,13 @@ class _Motion:
 
     def precondition(self, gradient):
         """Gradient spread over the mesh as by diffusion, so that the mesh moves as a whole."""
-        spread = self.smoother.even_out(self.displacement(gradient))
-        along = self.split(gradient)[2] / 3
-        return np.concatenate(
-            [(spread * self.first).sum(1), (spread * self.second).sum(1), along]
-        )
+        x, y, along = self.split(gradient)
+        if self.smoother.plane is not None:  # the tangents are the same everywhere
+            x, y = self.smoother.even_out(np.concatenate([x, y], axis=1)).T
+        else:
+            spread = self.smoother.even_out(x * self.first + y * self.second)
+            x, y = (spread * self.first).sum(1), (spread * self.second).sum(1)
+        return np.concatenate([x, y, along / 3])
 
     def apply(self, freedom) -> Placement:
         """The vertices walked over the surface to their new places."""
@@ -287,7 +290,7 @@ def _sliders(wall, across):
 
 
 def _diffusion(quad, inner, count):
-    """Approximate inverse of the graph Laplacian of the inner vertices: (n, 3) -> (n, 3)."""
+    """Approximate inverse of the graph Laplacian of the inner vertices: (n, k) -> (n, k)."""
     number = np.full(count, -1)
     number[inner] = np.arange(len(inner))
     tail, head = quad.ravel(), np.roll(quad, -1, axis=1).ravel()
@@ -298,12 +301,14 @@ def _diffusion(quad, inner, count):
     if not linked.any():
         return lambda vectors: vectors / np.maximum(degree, 1)[:, None]
     each = np.arange(len(inner))
-    cycle = Multigrid(
-        SparseMatrix.from_triplets(
-            np.concatenate([row[linked], each]),
-            np.concatenate([column[linked], each]),
-            np.concatenate([-np.ones(linked.sum()), degree * (1 + 1e-3)]),
-            len(inner),
-        )
+    laplacian = SparseMatrix.from_triplets(
+        np.concatenate([row[linked], each]),
+        np.concatenate([column[linked], each]),
+        np.concatenate([-np.ones(linked.sum()), degree * (1 + 1e-3)]),
+        len(inner),
     )
-    return lambda vectors: np.stack([cycle(vectors[:, k]) for k in range(3)], axis=1)
+    if len(inner) <= _MOST_DENSE:
+        inverse = np.linalg.inv(laplacian.dense())
+        return lambda vectors: inverse @ vectors
+    cycle = Multigrid(laplacian)
+    return lambda vectors: np.stack([cycle(column) for column in vectors.T], axis=1)

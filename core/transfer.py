@@ -18,8 +18,8 @@ from .projection import closest_point, expand_ranges
 from .quads import QuadLayout
 from .surface import TriangleSurface
 
-# Points nearer to the surface than this share of its diameter lie on it.
-_ON_SURFACE = 1e-9
+# Points nearer to the surface than this share of the old quad around them have found their sheet.
+_NEAR = 0.1
 
 
 def transfer(
@@ -119,13 +119,17 @@ def _inner_candidates(surface, chords, old, division, layout, wall: Candidates):
     start = np.empty((layout.vertex_count, 4), np.int64)
     start[vertex] = around
     inner = np.flatnonzero(layout.vertex_loop < 0)
-    point, face = _closest_from(surface, mean[inner], placement.face[start[inner]])
+    start = start[inner]
+    diagonal = np.linalg.norm(placement.point[start[:, 3]] - placement.point[start[:, 0]], axis=1)
+    point, face = _closest_from(surface, mean[inner], placement.face[start], _NEAR * diagonal)
     none = np.full(len(inner), -1)
     return Candidates(inner, point, face, none, np.zeros(len(inner)), np.full(len(inner), PLAIN))
 
 
-def _closest_from(surface, points, start):
+def _closest_from(surface, points, start, near):
     """The closest of the places (n, 3) on the surface found from several triangles each, (n, k).
+
+    near  (n,) float64, distances from the surface that need no search from another triangle
 
     A search that descends from one triangle may end where another one passes by; starts farther
     away than the corners of the old quad would lead to other sheets of the surface.
@@ -133,7 +137,7 @@ def _closest_from(surface, points, start):
     point, face = closest_point(surface, points, start[:, 0])
     gap = np.linalg.norm(point - points, axis=1)
     for k in range(1, start.shape[1]):
-        apart = np.flatnonzero(gap > _ON_SURFACE * surface.diameter)
+        apart = np.flatnonzero(gap > near)
         other, other_face = closest_point(surface, points[apart], start[apart, k])
         other_gap = np.linalg.norm(other - points[apart], axis=1)
         nearer = other_gap < gap[apart] * (1 - 1e-9)
