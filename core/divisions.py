@@ -22,8 +22,9 @@ from .errors import LayoutError, SettingsError
 from .projection import surface_normal
 from .quad_mesh import QuadMesh
 from .quality import scaled_jacobian
-from .regridding import Crease, Division, Regridded, edge_arcs, edge_chain, regrid
+from .regridding import Crease, Division, Regridded, edge_arcs, edge_chain, edge_directions, regrid
 from .smoothing import smooth
+from .wall_bends import edge_bends
 from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
 
 # Below this scaled Jacobian new divisions are improved upon.
@@ -130,10 +131,11 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     arcs = edge_arcs(surface, given.placement, given.blocks)
     if wanted.grading is None:
         free, no = [None] * len(arcs), np.zeros(len(arcs), bool)
-        division = _division(given, wanted, arcs, wanted.count, free, no, no)
+        division = _division(given, wanted, arcs, wanted.count, free, no, no, None)
         division = replace(division, crease=wanted.crease)
         return regrid(surface, given.placement, given.blocks, arcs, division)
     loops, measured, tried = build_loops(surface), None, []
+    bends = edge_bends(loops, given.placement, given.blocks, arcs, edge_directions(given.blocks))
     count = np.zeros_like(wanted.count)
     for _ in range(_MOST_PASSES):
         spacing = space_edges(
@@ -141,7 +143,9 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
             edge_loops(given.blocks, given.placement.loop), arcs,
             wanted.count, wanted.locked, wanted.grading, measured, count,
         )
-        division = _division(given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads, ~spacing.faded)
+        division = _division(
+            given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads, ~spacing.faded, bends
+        )
         division = replace(
             division, wall_side=spacing.wall_side, grading=wanted.grading, measured=measured,
             crease=wanted.crease,
@@ -158,10 +162,10 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
     return max(tried, key=lambda grid: _rank(surface, grid))
 
 
-def _division(given, wanted, arcs, chord_count, prescribed, leads, by_arc) -> Division:
+def _division(given, wanted, arcs, chord_count, prescribed, leads, by_arc, bends) -> Division:
     count = chord_count[wanted.chords.edge_chord]
     index = edge_indices(
-        given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads, by_arc
+        given.blocks, wanted.chords, given.placement.fixed, arcs, count, prescribed, leads, by_arc, bends
     )
     return Division(count, index)
 

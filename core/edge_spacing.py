@@ -7,6 +7,7 @@ import numpy as np
 from .blocks import Blocks
 from .chord_fading import fade_along_chord
 from .chords import Chords
+from .wall_bends import moved_to_bends
 
 
 def kinks_inside(fixed, blocks: Blocks) -> np.ndarray:
@@ -19,7 +20,7 @@ def kinks_inside(fixed, blocks: Blocks) -> np.ndarray:
     return before[offset[1:] - 1] - before[offset[:-1] + 1]
 
 
-def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, leads, by_arc) -> list:
+def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, leads, by_arc, bends) -> list:
     """Nodes of all block edges: list of E (n + 1,) float64, places between the old vertices, of 1.
 
     A place of 1/4 on an edge of 8 old divisions is its third old vertex: lines between nodes at the
@@ -31,9 +32,10 @@ def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, lead
     given  list of E, prescribed places of 1, or None
     leads  (E,) bool, edges whose spacing must be kept
     by_arc (E,) bool, prescribed places are arc lengths over the edge's length
+    bends  list of E, places of 1 where nodes are wanted, or None
 
     Where nothing is prescribed an edge is spaced in proportion to the spacing it has. Edges that
-    lead and those with kinks are followed by the other edges of their chord, the less the further
+    lead and those with kinks or bends are followed by the other edges of their chord, the less the further
     away these are.
     """
     result, leads = [], leads.copy()
@@ -51,6 +53,10 @@ def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, lead
         else:
             index = _spaced_as_before(count[edge], kinks)
         leads[edge] |= len(kinks) > 0 and count[edge] != len(arc) - 1
+        if bends is not None and len(bends[edge]):
+            kept = np.isin(index, kinks)
+            index = moved_to_bends(index, bends[edge], kept, given[edge] is None)
+            leads[edge] = True
         result.append(index)
     _follow_along_chords(blocks, chords, np.array([arc[-1] for arc in arcs]), result, leads)
     return result

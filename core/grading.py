@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 _HALVINGS = 60
+# Cells that shrink for want of room stay above this share of the first height.
+_SMALLEST = 0.1
 
 
 def cell_lengths(count: int, low, high, ratio, cap) -> np.ndarray:
@@ -65,7 +67,8 @@ def graded_positions(length, count: int, low, high, ratio: float) -> np.ndarray:
 
     First heights are kept where the line has room for them; the cells between grow by at most
     `ratio` to one common length. Where there are too few cells for that, they grow faster. Where
-    there is no room for the first heights, all cells are alike.
+    not all cells have room at the smaller first height, those between shrink, by at most `ratio`
+    squared and to a tenth; where even that is too long, all are scaled down.
     """
     length, low, high = (
         np.array(a) for a in np.broadcast_arrays(*(np.asarray(a, float) for a in (length, low, high)))
@@ -91,6 +94,26 @@ def graded_positions(length, count: int, low, high, ratio: float) -> np.ndarray:
         under = reach(growth, middle) < length
         smallest, largest = np.where(under, middle, smallest), np.where(under, largest, middle)
     cells = cell_lengths(count, low, high, growth, largest)
+    full = largest < np.minimum(low, high) * (1 - 1e-9)
+    full &= np.isfinite(np.minimum(low, high))
+    cells[full] = _shrinking_cells(length[full], count, low[full], high[full], ratio)
     position = np.cumsum(cells, axis=1)
     position *= (length / position[:, -1])[:, None]
     return np.concatenate([np.zeros((len(length), 1)), position], axis=1)
+
+
+def _shrinking_cells(length, count, low, high, ratio):
+    """(n, count) float64, cells over the smaller first height: they shrink away from the ends with
+    first heights."""
+    step = np.arange(count)
+    depth = np.minimum(
+        np.where(np.isfinite(low)[:, None], step, count),
+        np.where(np.isfinite(high)[:, None], step[::-1], count),
+    )
+    share = length / np.minimum(low, high)
+    least, most = np.full(len(length), ratio**-2.0), np.ones(len(length))
+    for _ in range(_HALVINGS):
+        rate = np.sqrt(least * most)
+        under = np.maximum(rate[:, None] ** depth, _SMALLEST).sum(1) < share
+        least, most = np.where(under, rate, least), np.where(under, most, rate)
+    return np.maximum(least[:, None] ** depth, _SMALLEST)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .smooth_curves import sample_curve, sample_grid
+
 # The first cell of a line may take this share of the room that it has, on a logarithmic scale.
 _MOST_STRETCH = 0.9
 
@@ -32,7 +34,7 @@ def fill_grid(grid, sides, walls=None):
     lean, rise = high - low, (end - start)[:, None]
     u = (low + start[:, None] * lean) / (1 - rise * lean)
     v = start[:, None] + u * rise
-    gain = [point - sample_line(line, index) for (index, point), line in zip(
+    gain = [point - sample_curve(line, index) for (index, point), line in zip(
         sides, (grid[0], grid[:, -1], grid[-1, ::-1], grid[::-1, 0])
     )]
     gain = gain[0], gain[1], gain[2][::-1], gain[3][::-1]
@@ -51,7 +53,7 @@ def fill_grid(grid, sides, walls=None):
         ).T
         if not (walls[0] or walls[2]):
             v = start[:, None] + _leaving(u) * rise
-    point = _sample_grid(grid, n * v, m * u)
+    point = sample_grid(grid, n * v, m * u)
     point += (1 - v)[..., None] * _sample(gain[0], low, u) + v[..., None] * _sample(gain[2], high, u)
     point += (1 - u)[..., None] * _sample(gain[3], start, v) + u[..., None] * _sample(gain[1], end, v)
     return point, n * v, m * u
@@ -60,16 +62,6 @@ def fill_grid(grid, sides, walls=None):
 def _sample(value, at, place):
     """Values (k, 3) known at ascending places (k,), interpolated at many places."""
     return np.stack([np.interp(place, at, value[:, axis]) for axis in range(3)], axis=-1)
-
-
-def _sample_grid(grid, row, column):
-    """Points of the bilinear map of a grid."""
-    j = np.clip(np.floor(row).astype(np.int64), 0, grid.shape[0] - 2)
-    i = np.clip(np.floor(column).astype(np.int64), 0, grid.shape[1] - 2)
-    b, a = (row - j)[..., None], (column - i)[..., None]
-    below = (1 - a) * grid[j, i] + a * grid[j, i + 1]
-    above = (1 - a) * grid[j + 1, i] + a * grid[j + 1, i + 1]
-    return (1 - b) * below + b * above
 
 
 def _first_heights_met(grid, low, high, v, border, gain, rules):
@@ -86,7 +78,7 @@ def _first_heights_met(grid, low, high, v, border, gain, rules):
     """
     rows, columns = grid.shape[0] - 1, grid.shape[1] - 1
     share = np.linspace(0, 1, 2 * rows + 1)[:, None]
-    line = _sample_grid(grid, rows * share + 0 * low, columns * (low + _leaving(share) * (high - low)))
+    line = sample_grid(grid, rows * share + 0 * low, columns * (low + _leaving(share) * (high - low)))
     line += (1 - share)[..., None] * gain[0] + share[..., None] * gain[1]
     step = np.linalg.norm(np.diff(line, axis=0), axis=2)
     far = 1.0 if None in rules else 0.5
@@ -122,9 +114,3 @@ def _stretch(v, first, far):
     share = np.clip(np.log(far / inner) / room, 0.0, 1.0)
     inner *= np.minimum(first[1:-1] / near, np.exp(_MOST_STRETCH * room)) ** share
 
-
-def sample_line(point, index):
-    """Points (n, 3) of a polyline through points (k, 3) at indices (n,) from 0 to k - 1."""
-    low = np.clip(np.floor(index).astype(np.int64), 0, len(point) - 2)
-    part = (index - low)[:, None]
-    return (1 - part) * point[low] + part * point[low + 1]

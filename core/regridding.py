@@ -17,17 +17,16 @@ from .blocks import Blocks
 from .boundary import build_loops
 from .chords import forward_sides
 from .errors import LayoutError
-from .grid_filling import fill_grid, sample_line
+from .grid_filling import fill_grid
 from .placement import Placement
 from .projection import closest_point
 from .quads import grid_quads
+from .smooth_curves import sample_curve, sample_line
 from .surface import TriangleSurface
 from .wall_spacing import Grading, line_heights
 
 # Nodes this near to an old vertex, in old divisions, are that vertex.
 _SAME_INDEX = 1e-9
-# Bends of the boundary by more than this, in radians, get a node where cells are thin.
-_BEND = np.radians(15)
 # Points this near to the surface, in diagonals of its bounding box, lie on it.
 _ON_SURFACE = 1e-12
 
@@ -117,7 +116,7 @@ def edge_arcs(surface: TriangleSurface, placement: Placement, blocks: Blocks) ->
     Edges on the boundary are measured along the boundary of the surface.
     """
     loops = build_loops(surface)
-    sign = _directions(blocks)
+    sign = edge_directions(blocks)
     result = []
     for edge, inside in enumerate(~blocks.edge_on_boundary):
         chain = edge_chain(blocks, edge)
@@ -162,7 +161,7 @@ def regrid(
     return Regridded(_place(surface, placement, blocks, fresh, nodes, division), quads, fresh)
 
 
-def _directions(blocks):
+def edge_directions(blocks):
     """(E,) int64: 1 where a boundary edge runs as its loop does, the surface on its left, else -1."""
     sign = np.zeros(len(blocks.edge_on_boundary), np.int64)
     sign[blocks.block_edge] = np.where(forward_sides(blocks), 1, -1)
@@ -171,7 +170,7 @@ def _directions(blocks):
 
 def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
     """Nodes of all edges; those inside the surface are projected to it."""
-    loops, sign = build_loops(surface), _directions(blocks)
+    loops, sign = build_loops(surface), edge_directions(blocks)
     offset = np.concatenate([[0], np.cumsum(division.count + 1)])
     total = int(offset[-1])
     nodes = _Nodes(
@@ -188,10 +187,6 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
         if blocks.edge_on_boundary[edge]:
             loop = np.full(len(index), placement.loop[chain[0]])
             at = np.interp(index, old, arc)
-            if division.grading is not None:
-                bends = _bends(loops, loop[0], placement.loop_position[chain[0]], sign[edge])
-                at = _moved_to_bends(at, bends[bends < arc[-1]], nodes.kept[here])
-                nodes.index[here] = np.interp(at, arc, old)
             along = placement.loop_position[chain[0]] + sign[edge] * at
             nodes.position[here] = loops.wrap(loop, along)
             nodes.point[here], nodes.face[here] = loops.point(loop, along)
@@ -201,7 +196,7 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
         elif len(fixed):
             nodes.point[here] = sample_line(placement.point[chain], index)
         else:
-            nodes.point[here] = _sample_curve(placement.point[chain], index)
+            nodes.point[here] = sample_curve(placement.point[chain], index)
     free = ~blocks.edge_on_boundary
     free = free & ~division.crease.edge if division.crease is not None else free
     inside = np.repeat(free, np.diff(offset))
@@ -212,25 +207,6 @@ def _edge_nodes(surface, placement, blocks, arcs, division) -> _Nodes:
     return nodes
 
 
-def _bends(loops, loop, start, sign):
-    """(n,) float64, ascending, arc lengths from a place on a loop to its bends, counted along sign."""
-    piece = slice(loops.first[loop], loops.first[loop + 1])
-    ahead = loops.step[piece] / np.maximum(loops.step_length[piece], 1e-300)[:, None]
-    bent = (ahead * np.roll(ahead, 1, axis=0)).sum(1) < np.cos(_BEND)
-    return np.sort(np.mod(sign * (loops.position[piece][bent] - start), loops.length[loop]))
-
-
-def _moved_to_bends(at, bends, kept):
-    """Ascending arc lengths (n + 1,), each bend met by its nearest node: no thin cell cuts it off."""
-    result, free = at.copy(), ~kept
-    free[[0, -1]] = False
-    for bend in bends:
-        node = np.argmin(np.abs(at - bend))
-        if free[node]:
-            result[node], free[node] = bend, False
-    return result
-
-
 def _old_indices(place, last):
     """(n + 1,) float64, places of 1 in old divisions; those at old vertices become whole numbers."""
     index = place * last
@@ -238,22 +214,6 @@ def _old_indices(place, last):
     index = np.where(np.abs(index - whole) < _SAME_INDEX, whole, index)
     index[0], index[-1] = 0, last
     return index
-
-
-def _sample_curve(point, index):
-    """Points of the smooth curve through points (k, 3): cubic pieces, parameter the chord length."""
-    step = np.diff(point, axis=0)
-    size = np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None]
-    if len(step) < 2:
-        return sample_line(point, index)
-    slope = step / size
-    inner = (size[:-1] * slope[1:] + size[1:] * slope[:-1]) / (size[:-1] + size[1:])
-    tangent = np.concatenate([2 * slope[:1] - inner[:1], inner, 2 * slope[-1:] - inner[-1:]])
-    low = np.clip(np.floor(index).astype(np.int64), 0, len(step) - 1)
-    part = (index - low)[:, None]
-    leaving = part * (1 - part) ** 2 * size[low] * (tangent[low] - slope[low])
-    arriving = part**2 * (1 - part) * size[low] * (slope[low] - tangent[low + 1])
-    return sample_line(point, index) + leaving + arriving
 
 
 def _renumbered(blocks: Blocks, count) -> Blocks:

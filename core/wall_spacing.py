@@ -317,14 +317,17 @@ def _hand_over(layout, ends, first, regular, ratio, here, behind):
 
 
 def _end_cells(length, cells, first, ratio):
-    """(E, 2) float64, the first and last cell of every edge."""
-    result = np.empty((len(length), 2))
-    for count in np.unique(cells):
-        same = np.flatnonzero(cells == count)
+    """(E, 2) float64, first and last cell of every edge with a first height, else nan; at least
+    the mean cell."""
+    result = np.full((len(length), 2), np.nan)
+    graded = np.isfinite(first).any(1)
+    for count in np.unique(cells[graded]):
+        same = np.flatnonzero(graded & (cells == count))
         position = graded_positions(length[same], int(count), *first[same].T, ratio)
         result[same, 0] = position[:, 1]
         result[same, 1] = position[:, -1] - position[:, -2]
-    return result
+    # Cells that shrink for want of room do not hand on how small they are.
+    return np.maximum(result, (length / cells)[:, None])
 
 
 def _faded_ends(blocks, chords, length, reached, regular):

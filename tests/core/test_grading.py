@@ -36,10 +36,19 @@ def test_lines_without_first_heights_are_regular():
     assert np.array_equal(cells_needed([1.0], [np.inf], [np.inf], 1.2, [0.1]), [10])
 
 
-def test_too_few_cells_grow_faster_and_too_many_are_alike():
+def test_too_few_cells_grow_faster_and_too_many_shrink():
     few = cells(1.0, 5, 1e-3, np.inf, 1.2)
     assert few[0] == pytest.approx(1e-3) and few[1] / few[0] > 1.2
-    assert np.allclose(cells(1.0, 8, 0.5, np.inf, 1.2), 1 / 8)
+    many = cells(1.0, 9, 0.2, np.inf, 1.2)
+    assert many[0] == pytest.approx(0.2)
+    assert np.allclose(many[1:] / many[:-1], many[1] / many[0]) and many[1] < many[0]
+    between = cells(1.0, 12, 0.15, 0.15, 1.2)
+    assert between[[0, -1]] == pytest.approx(0.15) and between.argmin() in (5, 6)
+
+
+def test_far_too_many_cells_are_scaled_down_and_none_vanishes():
+    cell = cells(1.0, 40, 0.9, np.inf, 1.2)
+    assert cell[0] < 0.9 and cell.min() > 0.09 * cell[0]
 
 
 @given(

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from core.grid_filling import fill_grid, sample_line
+from core.grid_filling import fill_grid
+from core.smooth_curves import sample_line
 
 
 def square(count):
