@@ -14,6 +14,8 @@ from .blocks import Blocks
 from .errors import SettingsError
 from .surface import connected_components
 
+# Locks that ask for more than this are slips of the pen.
+MOST_DIVISIONS = 100_000
 # A count of quads this near to the wanted one needs no chord to be changed by single divisions.
 COUNT_TOLERANCE = 0.03
 # A count of quads this near to the wanted one is kept as it is.
@@ -68,8 +70,8 @@ def locked_counts(chords: Chords, locks) -> np.ndarray:
 
     locks  pairs (block edge, divisions), or a dict of them
 
-    Raises SettingsError for an edge that is not there, for fewer than one division and for locks
-    that contradict each other.
+    Raises SettingsError for an edge that is not there, for what is no whole number from 1 to
+    MOST_DIVISIONS and for locks that contradict each other.
     """
     result = np.zeros(chords.count, np.int64)
     by_edge = np.full(chords.count, -1)
@@ -79,8 +81,11 @@ def locked_counts(chords: Chords, locks) -> np.ndarray:
                 f"There is no block edge {edge} to lock; edges are numbered from 0 to"
                 f" {len(chords.edge_chord) - 1}."
             )
-        if count < 1:
-            raise SettingsError(f"Block edge {edge} is locked to {count}; lock it to 1 or more.")
+        if not (1 <= count <= MOST_DIVISIONS and count == int(count)):
+            raise SettingsError(
+                f"Block edge {edge} is locked to {count}; lock it to a whole number from 1 to"
+                f" {MOST_DIVISIONS:,}."
+            )
         chord = chords.edge_chord[edge]
         if result[chord] not in (0, count):
             other = by_edge[chord]

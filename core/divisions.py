@@ -27,6 +27,8 @@ from .smoothing import smooth
 from .wall_bends import edge_bends
 from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
 
+# New grids of more quads than this are refused: a lock may have a nought too many.
+MOST_QUADS = 5_000_000
 # Below this scaled Jacobian new divisions are improved upon.
 _WORST_SHAPE = 0.2
 # Chords of fewer divisions are made four times as fine for a shape that can be graded, others twice.
@@ -52,7 +54,7 @@ def redivide(
                  of it; None takes that of the settings where these ask for a number
 
     Block, block edge and corner numbers stay. Raises SettingsError for locks that contradict each
-    other, the grading or the kinks of the boundary, LayoutError where quads would fold.
+    other, the grading or the kinks of the boundary and for more than MOST_QUADS, LayoutError where quads would fold.
     """
     blocks, placement, surface = decomposition.blocks, decomposition.placement, decomposition.whole
     if blocks is None:
@@ -64,6 +66,7 @@ def redivide(
     least = _least_counts(chords, locked, kinks_inside(placement.fixed, blocks) + 1)
     wish, wanted = _wishes(decomposition, chords, length, edge_length, quad_count)
     count = choose_counts(blocks, chords, wish, locked, least, wanted)
+    _demand_moderate(blocks, chords, count)
     wanted = _Wanted(chords, count, locked, grading, _crease(decomposition))
     fresh = _divide(decomposition, wanted)
     quads = _quad_mesh(surface, fresh, _on_crease(blocks, decomposition.quads.crease))
@@ -183,6 +186,14 @@ def _least_counts(chords, locked, least):
     result = np.ones(chords.count, np.int64)
     np.maximum.at(result, chords.edge_chord, least)
     return result
+
+
+def _demand_moderate(blocks, chords, count):
+    total = count[chords.edge_chord[blocks.block_edge[:, :2]]].astype(float).prod(1).sum()
+    if total > MOST_QUADS:
+        raise SettingsError(
+            f"These divisions make {total:,.0f} quads, more than {MOST_QUADS:,}; ask for fewer."
+        )
 
 
 def _wishes(decomposition, chords, length, edge_length, quad_count):

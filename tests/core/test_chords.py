@@ -69,7 +69,7 @@ def test_locks_go_to_chords_and_contradictions_name_both_edges():
         locked_counts(chords, [(99, 3)])
     with pytest.raises(SettingsError, match="no block edge -1"):
         locked_counts(chords, [(-1, 3)])
-    with pytest.raises(SettingsError, match="1 or more"):
+    with pytest.raises(SettingsError, match="from 1 to"):
         locked_counts(chords, [(low, 0)])
 
 

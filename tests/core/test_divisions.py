@@ -31,7 +31,7 @@ def results():
 
     def result(name):
         if name not in made:
-            surface = MAKERS[name]()
+            surface = _LOCKED[name]()
             made[name] = decompose(surface.points, surface.triangles, Settings(quad_count=900))
         return made[name]
 
@@ -51,7 +51,7 @@ def demand_valid(before, after):
     loops, placement = build_loops(before.whole), after.placement
     edge = np.flatnonzero(after.quads.on_boundary)
     on_loop, _ = loops.point(placement.loop[edge], placement.loop_position[edge])
-    assert np.abs(on_loop - points[edge]).max() < 1e-9 * before.whole.diameter
+    assert np.abs(on_loop - points[edge]).max(initial=0.0) < 1e-9 * before.whole.diameter
     assert len(after.quads.valence) == len(points)
     assert np.array_equal(np.bincount(after.quads.quads.ravel()), after.quads.valence)
 
@@ -102,6 +102,65 @@ def test_contradictory_locks_are_refused_with_the_edges(results):
     first, _, other, _ = before.blocks.block_edge[0].tolist()
     with pytest.raises(SettingsError, match=f"{other}.*{first}|{first}.*{other}"):
         redivide(before, [(first, 5), (other, 6)])
+
+
+_LOCKED = {**MAKERS, "torus": surfaces.torus}
+
+
+def _random_locks(chord, rng):
+    """Pairs (block edge, divisions): mostly sound ones, and every way to be wrong."""
+    edges = rng.integers(0, len(chord), rng.integers(1, 5)).tolist()
+    if rng.random() < 0.5:
+        edges.append(int(rng.choice(np.flatnonzero(chord == chord[edges[0]]))))
+    locks = [[edge, int(rng.integers(1, 25))] for edge in edges]
+    if rng.random() < 0.5:
+        by_chord = dict(zip(chord[edges].tolist(), (count for _, count in locks)))
+        locks = [[edge, by_chord[chord[edge]]] for edge in edges]
+    if rng.random() < 0.3:
+        locks[0][1] = [0, -3, 2.5, float("nan"), 100_001, 10**6, 10**30][rng.integers(7)]
+    if rng.random() < 0.1:
+        locks[-1][0] = [-1, len(chord), 10**9][rng.integers(3)]
+    return [tuple(lock) for lock in locks]
+
+
+def _sound(locks, chord):
+    """May these locks be met?"""
+    wanted = {}
+    for edge, count in locks:
+        if not (0 <= edge < len(chord) and 1 <= count <= 100_000 and count == int(count)):
+            return False
+        if wanted.setdefault(chord[edge], count) != count:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("name", _LOCKED)
+def test_random_locks_are_met_or_refused(results, name):
+    before = results(name)
+    chord, rng = find_chords(before.blocks).edge_chord, np.random.default_rng(len(name))
+    met = refused = 0
+    for _ in range(25):
+        locks = _random_locks(chord, rng)
+        sound = _sound(locks, chord)
+        try:
+            after = redivide(before, locks)
+        except SettingsError as error:
+            assert not sound, (locks, error)
+            assert str(error).endswith(".") and str(error).count("\n") == 0
+            refused += 1
+            continue
+        assert sound, locks
+        demand_valid(before, after)
+        for edge, count in locks:
+            assert (divisions(after.blocks)[chord == chord[edge]] == count).all()
+        met += 1
+    assert met and refused
+
+
+def test_locks_that_make_too_many_quads_are_refused(results):
+    before = results("octant")
+    with pytest.raises(SettingsError, match="quads, more than 5,000,000"):
+        redivide(before, dict.fromkeys(before.blocks.block_edge.ravel().tolist(), 20_000))
 
 
 def test_kinks_of_the_boundary_stay_vertices():
