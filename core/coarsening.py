@@ -18,9 +18,9 @@ from .drafts import Draft, DraftBoard
 from .errors import LayoutError
 from .kinks import without_kinks
 from .layout import Layout
-from .sentences import PlacedSentence
 from .settings import Settings
 from .surface import TriangleSurface
+from .thin_blocks import THIN
 
 # First layouts: quads as large as so many squares on the surface, and the share of arcs that are
 # lengthened at a time, see `solve_coarse_lengths`.
@@ -42,7 +42,6 @@ _MOST_JUDGED = 4
 # what it was at first; below half the wanted size above half of that.
 _LEAST = {"balanced": 0.62, "fewest": 0.4}
 _SHARE = {"balanced": 0.9, "fewest": 0.6}
-_THIN = 0.5
 _PATIENCE = {"balanced": 4, "fewest": 12}
 # A layout whose wanted quads come out worse than both of these, the second one a share of its
 # draft, gives way to the next finer one.
@@ -225,7 +224,7 @@ def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft
                 break
         if found is None:
             break
-        if found.worst >= (0.5 * least if total[number] < _THIN * size else least):
+        if found.worst >= (0.5 * least if total[number] < THIN * size else least):
             draft, failed = found, 0
         else:
             failed += 1
@@ -302,26 +301,3 @@ def _along_walls(board: DraftBoard, fine: Draft, draft: Draft, goal) -> Draft:
             break
         fine = board.follow(trial, draft)
     return fine
-
-
-def thin_blocks(surface: TriangleSurface, settings: Settings, draft: Draft) -> tuple:
-    """Sentences about blocks that are thinner than half the wanted edge length; mostly none."""
-    size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
-    point = np.empty((draft.quads.vertex_count, 3))
-    vertex = np.arange(len(point)) if draft.sheets is None else draft.sheets.vertex
-    point[vertex] = draft.placement.point
-    blocks = draft.blocks
-    chain = point[blocks.edge_vertex]
-    step = np.linalg.norm(np.diff(chain, axis=0), axis=1)
-    total = np.concatenate([[0.0], np.cumsum(step)])
-    length = total[blocks.edge_offset[1:] - 1] - total[blocks.edge_offset[:-1]]
-    thin = np.flatnonzero(length < _THIN * size)
-    if not len(thin):
-        return ()
-    edge = thin[np.argmin(length[thin])]
-    ends = blocks.edge_vertex[[blocks.edge_offset[edge], blocks.edge_offset[edge + 1] - 1]]
-    text = (
-        f"{len(thin)} block edges are shorter than half the wanted edge length, the shortest "
-        "{length[0]}: the nodes at {point[0]} and {point[1]} must stay apart."
-    )
-    return (PlacedSentence(text, tuple(point[ends]), (length[edge],)),)

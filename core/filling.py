@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .blocks import find_blocks
-from .coarsening import coarsen, thin_blocks
+from .coarsening import coarsen
 from .covering import quads_over_faces
 from .drafts import Draft, source_vertices
 from .errors import Cancelled, LayoutError
@@ -23,6 +23,7 @@ from .settings import Settings
 from .sheets import build_sheets, crease_edges, synchronise, verify_sheets
 from .smoothing import smooth
 from .surface import TriangleSurface
+from .thin_blocks import thin_blocks
 from .worst_quads import mend_worst_quads
 
 # Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
@@ -33,6 +34,9 @@ COARSE_SECONDS = 20.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
 # Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
 LEAST_COARSE = 0.35
+# Why blocks are thin in coarse layouts, and where there was no good one.
+_APART = "the nodes there must stay apart"
+_AS_TRACED = "there the blocks are those of the lines as traced"
 _BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
 MOST_REFINEMENTS = 3
@@ -79,7 +83,11 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         if coarse is None:
             raise
         return coarse
-    return direct if coarse is None or _worst(direct) > _worst(coarse) else coarse
+    if coarse is not None and _worst(coarse) >= _worst(direct):
+        return coarse
+    if settings.coarseness == "direct":
+        return direct
+    return _with_thin_blocks(surface, settings, direct, _AS_TRACED)
 
 
 def _coarse_draft(surface, layout: Layout, settings, cancelled):
@@ -149,8 +157,17 @@ def _fill_coarsely(surface, layout: Layout, settings, draft: Draft, cancelled) -
     face_quad = quads_over_faces(surface, placement, draft.layout.quad)
     if draft.sheets is not None:
         placement = draft.sheets.joined(layout.gluing.charts, placement)
-    warnings = thin_blocks(surface, settings, draft)
-    return _collect(layout, draft.quads, draft.sheets, placement, face_quad, warnings)
+    filling = _collect(layout, draft.quads, draft.sheets, placement, face_quad, ())
+    return _with_thin_blocks(surface, settings, filling, _APART)
+
+
+def _with_thin_blocks(surface, settings, filling: Filling, cause) -> Filling:
+    """The Filling with a sentence where blocks are thin."""
+    size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
+    mesh = filling.quads
+    blocks = find_blocks(mesh.quads, len(mesh.points), filling.source, mesh.crease)
+    told = thin_blocks(mesh.points, blocks, size, cause)
+    return replace(filling, warnings=(*filling.warnings, *told))
 
 
 def _collect(layout, quads: QuadLayout, sheets, placement, face_quad, warnings) -> Filling:
