@@ -25,12 +25,17 @@ from .quality import scaled_jacobian
 from .regridding import Crease, Division, Regridded, edge_arcs, edge_chain, edge_directions, regrid
 from .smoothing import smooth
 from .wall_bends import edge_bends
-from .wall_spacing import Grading, edge_loops, measured_heights, space_edges
+from .wall_spacing import Grading, edge_loops, measured_heights, space_edges, turned_grid
+from .worst_quads import mend_worst_quads
 
 # New grids of more quads than this are refused: a lock may have a nought too many.
 MOST_QUADS = 5_000_000
-# Below this scaled Jacobian new divisions are improved upon.
+# Below this scaled Jacobian new divisions without grading are smoothed.
 _WORST_SHAPE = 0.2
+# Up to this one single quads of graded grids are mended.
+_MENDED_SHAPE = 0.3
+# Where a larger share of lines misses its first height, a finer and smoothed shape is graded.
+_MOST_MISSED = 0.05
 # Chords of fewer divisions are made four times as fine for a shape that can be graded, others twice.
 _FINE_ENOUGH = 8
 # Graded grids made one after the other, each with the wall distances of the one before, until all
@@ -94,17 +99,17 @@ class _Wanted:
 
 
 def _divide(decomposition, wanted: _Wanted) -> Regridded:
-    """Divide the blocks; where quads fold, smooth them, or grade a finer and smoothed grid."""
+    """Divide the blocks; bad quads are smoothed, or a finer and smoothed grid is graded."""
     surface = decomposition.whole
     given = Regridded(
         decomposition.placement, decomposition.quads.quads, decomposition.blocks
     )
     fresh = _regrid(surface, given, wanted)
-    good = fresh.missed == 0 and _shape(surface, fresh).min() > _WORST_SHAPE
-    if good:
-        return fresh
+    worst = _shape(surface, fresh).min()
     if wanted.grading is None:
-        return _smoothed(surface, fresh, wanted.crease)
+        return fresh if worst > _WORST_SHAPE else _smoothed(surface, fresh, wanted.crease)
+    if worst > 0 and fresh.missed <= _MOST_MISSED:
+        return fresh
     count = np.zeros_like(wanted.count)
     count[wanted.chords.edge_chord] = divisions(given.blocks)
     count = np.maximum(2 * count, np.minimum(4 * count, _FINE_ENOUGH))
@@ -121,11 +126,9 @@ def _rank(surface, grid: Regridded):
 
 
 def _smoothed(surface, grid: Regridded, crease: Crease | None) -> Regridded:
-    """The grid smoothed; vertices on feature edges stay, as they would leave these."""
-    held = grid.placement.fixed.copy()
-    for edge in np.flatnonzero(crease.edge) if crease is not None else ():
-        held[edge_chain(grid.blocks, edge)] = True
-    placement = smooth(surface, replace(grid.placement, fixed=held), grid.quads)
+    """The grid smoothed; vertices on feature edges stay."""
+    held = replace(grid.placement, fixed=_held(grid, crease))
+    placement = smooth(surface, held, grid.quads)
     return replace(grid, placement=replace(placement, fixed=grid.placement.fixed))
 
 
@@ -162,7 +165,32 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         if missed == 0 or settled:
             break
         count = spacing.count
-    return max(tried, key=lambda grid: _rank(surface, grid))
+    nearest = min(tried, key=lambda grid: grid.missed)
+    mended = _mended(surface, nearest, wanted.crease, spacing)
+    if _shape(surface, mended).min() > 0:
+        return mended
+    best = max(tried, key=lambda grid: _rank(surface, grid))
+    return _mended(surface, best, wanted.crease, spacing)
+
+
+def _mended(surface, grid: Regridded, crease: Crease | None, spacing) -> Regridded:
+    """The graded grid, its worst quads mended; first cells and feature edges stay."""
+    held = _held(grid, crease)
+    for block, side in np.argwhere(spacing.wall_side):
+        held[turned_grid(grid.blocks, block, side)[:2]] = True
+    placement = mend_worst_quads(
+        surface, replace(grid.placement, fixed=held), grid.quads, along_edges=True,
+        good_enough=_MENDED_SHAPE,
+    )
+    return replace(grid, placement=replace(placement, fixed=grid.placement.fixed))
+
+
+def _held(grid: Regridded, crease: Crease | None) -> np.ndarray:
+    """(P,) bool, fixed vertices and those on feature edges, as they would leave these."""
+    held = grid.placement.fixed.copy()
+    for edge in np.flatnonzero(crease.edge) if crease is not None else ():
+        held[edge_chain(grid.blocks, edge)] = True
+    return held
 
 
 def _division(given, wanted, arcs, chord_count, prescribed, leads, by_arc, bends) -> Division:

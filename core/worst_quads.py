@@ -8,7 +8,7 @@ section 10)
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,25 +32,41 @@ _LEAST_GAIN = 1e-4
 
 
 def mend_worst_quads(
-    surface: TriangleSurface, placement: Placement, quad, cancelled=None
+    surface: TriangleSurface, placement: Placement, quad, cancelled=None,
+    along_edges=False, good_enough=GOOD_ENOUGH,
 ) -> Placement:
     """Move inner vertices near the worst quads of a mesh, so that these become better.
 
-    quad  (Q, 4) int64, counter-clockwise
+    quad         (Q, 4) int64, counter-clockwise
+    along_edges  whether vertices move along their edges only, as suits long and thin quads, instead
+                 of in all directions
+    good_enough  scaled Jacobian, quads worse than this are searched
 
-    Vertices on the boundary stay. Returns the placement whose worst quads are the best; never worse
+    Fixed vertices and those on the boundary stay. Returns the placement whose worst quads are the best; never worse
     than the given one. Raises Cancelled.
     """
-    quad = np.asarray(quad, np.int64)
+    search = _Search(surface, np.asarray(quad, np.int64), along_edges, good_enough, cancelled)
     for steepness in _STEEPNESSES:
-        placement, score = _search(surface, placement, quad, steepness, cancelled)
-        if score >= GOOD_ENOUGH:
+        placement, score = _best_of_rounds(search, placement, steepness)
+        if score >= good_enough:
             break
     return placement
 
 
-def _search(surface, placement, quad, steepness, cancelled):
+@dataclass(frozen=True)
+class _Search:
+    """What stays the same in all rounds, as in `mend_worst_quads`."""
+
+    surface: TriangleSurface
+    quad: np.ndarray
+    along_edges: bool
+    good_enough: float
+    cancelled: object
+
+
+def _best_of_rounds(search: _Search, placement, steepness):
     """(Placement, score): the best of all rounds with one steepness, the given one included."""
+    surface, quad, cancelled = search.surface, search.quad, search.cancelled
     best, best_score, waited = placement, -np.inf, 0
     for _ in range(_ROUNDS):
         if cancelled is not None and cancelled():
@@ -61,23 +77,31 @@ def _search(surface, placement, quad, steepness, cancelled):
         if score > best_score + _LEAST_PROGRESS:
             best, best_score, waited = placement, score, 0
         waited += 1
-        if score >= GOOD_ENOUGH or waited > _PATIENCE:
+        if score >= search.good_enough or waited > _PATIENCE:
             break
-        placement = _one_round(surface, placement, quad, normal, shape, steepness)
+        placement = _one_round(search, placement, normal, shape, steepness)
         if placement is None:
             break
     return best, best_score
 
 
-def _one_round(surface, placement, quad, normal, shape, steepness) -> Placement | None:
+def _one_round(search: _Search, placement, normal, shape, steepness) -> Placement | None:
     """The best moves of one round, None where there are none."""
+    surface, quad = search.surface, search.quad
     worst = np.argsort(shape, kind="stable")[:_MOST_QUADS]
-    vertex = np.unique(quad[worst[shape[worst] < GOOD_ENOUGH]])
+    vertex = np.unique(quad[worst[shape[worst] < search.good_enough]])
     vertex = vertex[~placement.fixed[vertex] & (placement.loop[vertex] < 0)]
     if not len(vertex):
         return None
     owner, place, around = _incidences(quad, vertex, len(placement.point))
-    point, face = _places(surface, placement, quad, vertex, owner, around)
+    if search.along_edges:
+        move = _moves_along_edges(placement, quad, vertex, owner, place, around)
+    else:
+        move = _moves_round_about(surface, placement, quad, vertex, owner, around)
+    start = np.repeat(placement.point[vertex], move.shape[1], axis=0)
+    start_face = np.repeat(placement.face[vertex], move.shape[1])
+    point, face = walk(surface, start, start_face, move.reshape(-1, 3))
+    point, face = point.reshape(move.shape), face.reshape(move.shape[:2])
     tried = surface_normal(surface, face.ravel(), point.reshape(-1, 3)).reshape(point.shape)
     cost = _costs(
         placement.point, normal, quad[around], place, point[owner], tried[owner], steepness
@@ -102,13 +126,12 @@ def _incidences(quad, vertex, count):
     return number[quad[around, place]], place, around
 
 
-def _places(surface, placement, quad, vertex, owner, around):
-    """Places (n, K, 3) and triangles (n, K) to try, the first one where the vertex is."""
+def _moves_round_about(surface, placement, quad, vertex, owner, around):
+    """Moves (n, K, 3) to try in all directions, the first one none."""
     corner = placement.point[quad[around]]
     size = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).mean(1)
     size = np.bincount(owner, size, len(vertex)) / np.bincount(owner, minlength=len(vertex))
-    face = placement.face[vertex]
-    across = surface.face_normal[face]
+    across = surface.face_normal[placement.face[vertex]]
     first = np.cross(np.eye(3)[np.abs(across).argmin(1)], across)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(across, first)
@@ -116,10 +139,19 @@ def _places(surface, placement, quad, vertex, owner, around):
     step = np.multiply.outer(_DISTANCES, np.stack([np.cos(turn), np.sin(turn)], 1)).reshape(-1, 2)
     step = np.concatenate([np.zeros((1, 2)), step])
     move = step[:, :1] * first[:, None] + step[:, 1:] * second[:, None]
-    move *= size[:, None, None]
-    start = np.repeat(placement.point[vertex], len(step), axis=0)
-    end, triangle = walk(surface, start, np.repeat(face, len(step)), move.reshape(-1, 3))
-    return end.reshape(move.shape), triangle.reshape(move.shape[:2])
+    return move * size[:, None, None]
+
+
+def _moves_along_edges(placement, quad, vertex, owner, place, around):
+    """Moves (n, K, 3) to try along the edges at each vertex, the first one none."""
+    order = np.argsort(owner, kind="stable")
+    number = np.empty(len(owner), np.int64)
+    number[order] = np.arange(len(owner)) - np.searchsorted(owner[order], owner[order])
+    edge = np.zeros((len(vertex), number.max() + 1, 3))
+    neighbour = quad[around, (place + 1) % 4]
+    edge[owner, number] = placement.point[neighbour] - placement.point[vertex[owner]]
+    step = np.array(_DISTANCES)[:, None, None] * edge[:, None]
+    return np.concatenate([np.zeros((len(vertex), 1, 3)), step.reshape(len(vertex), -1, 3)], 1)
 
 
 def _costs(points, normal, quad, place, point, tried, steepness):

@@ -1,5 +1,7 @@
 """Local search: folded quads come right, good ones are left alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,21 @@ def test_quads_that_had_folded_over_are_good_again(seed):
     assert worst(surface, mended, quad) > 0.5
     held = placement.fixed
     assert np.array_equal(mended.point[held], placement.point[held])
+
+
+def test_long_and_thin_quads_come_right_along_their_edges():
+    surface = plate(np.ones((16, 16)), 1 / 16)
+    placement, quad = grid(surface, 6, 0.0)
+    flat = placement.point * [1, 1e-2, 1] + [0, 0.5, 0]
+    middle = np.flatnonzero(~placement.fixed)[12]
+    flat[middle] += [0.2, 0.0, 0.0]
+    point, face = closest_point(surface, flat)
+    placement = replace(placement, point=point, face=face)
+    assert worst(surface, placement, quad) < 0.1
+    mended = mend_worst_quads(surface, placement, quad, along_edges=True, good_enough=0.3)
+    assert worst(surface, mended, quad) > 0.3
+    still = np.arange(len(flat)) != middle
+    assert np.abs(mended.point - point)[still, 1].max() < 1e-2
 
 
 def test_vertices_stay_on_a_folded_surface():
