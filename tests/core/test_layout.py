@@ -10,6 +10,7 @@ from core.cross_field import build_cross_field
 from core.errors import LayoutError
 from core.layout import trace_layout
 from core.streamlines import LineTrapped
+from core.surface import build_surface
 from tests.core import surfaces
 from tests.core.fields import smooth_field
 
@@ -180,3 +181,24 @@ def test_barriers_that_free_no_line_are_given_up_soon(monkeypatch):
     with pytest.raises(LayoutError, match="barriers"):
         layout("disc")
     assert len(calls) == layout_module.FUTILE_ROUNDS + 1
+
+
+def test_lines_that_wind_round_for_ever_end_at_their_limits():
+    """On a torus with one small hole full lines meet next to nothing; motorcycles meet each other."""
+    whole = surfaces.torus(36, 20)
+    middle = whole.points[whole.triangles].mean(1)
+    outermost = np.array([whole.points[:, 0].max(), 0.0, 0.1])
+    kept = whole.triangles[np.linalg.norm(middle - outermost, axis=1) > 0.35]
+    used, triangles = np.unique(kept, return_inverse=True)
+    surface = build_surface(whole.points[used], triangles.reshape(-1, 3))
+    constraints, field = smooth_field(surface, 0.0, 0)
+    cells, drawn = [], []
+    for limits in (None, (1.0, 50.0), (5.0, 50.0)):
+        complex = trace_layout(surface, constraints, field, limits).complex
+        assert complex.node_count - complex.arc_count + complex.cell_count == -1
+        cells.append(complex.cell_count)
+        drawn.append(complex.arc_length[complex.arc_loop < 0].sum())
+    lines = complex.node_valence[complex.node_kind == NodeKind.SINGULARITY].sum()
+    assert cells[0] < cells[1] < cells[2] < 20 * cells[0]
+    # Each line runs on no farther than its limit and then to the next line only.
+    assert drawn[0] < drawn[2] < lines * 6.0 * surface.diameter
