@@ -53,9 +53,9 @@ def edge_indices(blocks: Blocks, chords: Chords, fixed, arcs, count, given, lead
         else:
             index = _spaced_as_before(count[edge], kinks)
         leads[edge] |= len(kinks) > 0 and count[edge] != len(arc) - 1
-        if bends is not None and len(bends[edge]):
-            kept = np.isin(index, kinks)
-            index = moved_to_bends(index, bends[edge], kept, given[edge] is None)
+        # Across from prescribed places others are prescribed too, and would not follow.
+        if bends is not None and given[edge] is None and len(bends[edge]):
+            index = moved_to_bends(index, bends[edge], np.isin(index, kinks))
             leads[edge] = True
         result.append(index)
     _follow_along_chords(blocks, chords, np.array([arc[-1] for arc in arcs]), result, leads)

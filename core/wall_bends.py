@@ -40,13 +40,12 @@ def _loop_bends(loops, loop, start, sign):
     return np.sort(np.mod(sign * (loops.position[piece][bent] - start), loops.length[loop]))
 
 
-def moved_to_bends(place, bends, kept, spread: bool):
+def moved_to_bends(place, bends, kept):
     """Ascending places (n + 1,) of nodes, of which the nearest ones moved to bends.
 
-    kept    (n + 1,) bool, nodes that stay
-    spread  whether the nodes between these share in the movement
+    kept  (n + 1,) bool, nodes that stay
 
-    Bends give way to nearer ones where two nodes would come close to each other.
+    The nodes between share in the movement. Bends give way to nearer ones where two nodes would come close to each other.
     """
     node = np.array([np.argmin(np.abs(place - bend)) for bend in bends], np.int64)
     held, result = kept.copy(), place.copy()
@@ -61,6 +60,4 @@ def moved_to_bends(place, bends, kept, spread: bool):
             result[there] = before
             continue
         held[there] = True
-    if spread:
-        result = place + np.interp(place, place[held], (result - place)[held])
-    return result
+    return place + np.interp(place, place[held], (result - place)[held])

@@ -9,23 +9,21 @@ from core.settings import Settings
 from core.wall_bends import edge_bends, moved_to_bends
 
 
-def test_the_nearest_node_moves_to_a_bend():
+def test_the_nearest_node_moves_to_a_bend_and_the_others_share():
     place, kept = np.linspace(0, 1, 6), np.zeros(6, bool)
-    alone = moved_to_bends(place, np.array([0.43]), kept, spread=False)
-    assert np.allclose(alone, [0, 0.2, 0.43, 0.6, 0.8, 1])
-    spread = moved_to_bends(place, np.array([0.43]), kept, spread=True)
-    assert np.allclose(spread, [0, 0.215, 0.43, 0.62, 0.81, 1])
+    moved = moved_to_bends(place, np.array([0.43]), kept)
+    assert np.allclose(moved, [0, 0.215, 0.43, 0.62, 0.81, 1])
 
 
 def test_kept_nodes_and_ends_stay():
     place, kept = np.linspace(0, 1, 6), np.arange(6) == 2
-    assert np.array_equal(moved_to_bends(place, np.array([0.43, 0.01]), kept, True), place)
+    assert np.array_equal(moved_to_bends(place, np.array([0.43, 0.01]), kept), place)
 
 
 def test_nodes_are_not_crowded_by_bends_close_to_each_other():
     place, kept = np.linspace(0, 1, 11), np.zeros(11, bool)
     bends = np.sort(np.random.default_rng(5).random(40))
-    moved = moved_to_bends(place, bends, kept, True)
+    moved = moved_to_bends(place, bends, kept)
     assert np.diff(moved).min() > 0.03 and np.isin(moved[1:-1], bends).sum() >= 3
 
 
