@@ -13,6 +13,8 @@ from .ways import DIRECT, FEWER_CREASES, MIDPOINT_SPLIT, Way, ways
 
 # CPU seconds after which the way being tried is given up for the last one, which never fails.
 PATIENCE = 60.0
+# The same in seconds of the clock, for machines that have much else to do.
+WAITED = 85.0
 # Where these ways fail, the creases that are to blame go first.
 _GIVES_WAY = (DIRECT, FEWER_CREASES)
 # Creases nearer than this share of the diameter to where a layout failed are to blame for it.
@@ -88,7 +90,8 @@ class _Attempts:
         return MIDPOINT_SPLIT, stages, self._notes
 
     def _patience(self):
-        return Patience(PATIENCE - self._run.total, self._run.cancelled)
+        run = self._run
+        return Patience(PATIENCE - run.total, run.cancelled, WAITED - run.waited)
 
     def _judged(self, way: Way, stages: Stages):
         if stages.filling is None:

@@ -29,8 +29,8 @@ from .worst_quads import mend_worst_quads
 # Thin cells take a quad each, however small. To come near the wanted number in spite of them, all
 # other quads grow, but no more than to wanted lengths of this share: cells of few long quads shear.
 LEAST_FACTOR = 0.7
-# CPU seconds that a coarse layout may take before the cells are filled as they are.
-COARSE_SECONDS = 20.0
+# CPU seconds, and seconds of the clock, that a coarse layout may take before the cells are filled as they are.
+COARSE_SECONDS, COARSE_WAITED = 20.0, 45.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
 # Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
 LEAST_COARSE = 0.35
@@ -92,7 +92,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
 
 def _coarse_draft(surface, layout: Layout, settings, cancelled):
     """(Draft or None, sentences): a coarse layout, if one is found in time."""
-    patience = Patience(COARSE_SECONDS, cancelled)
+    patience = Patience(COARSE_SECONDS, cancelled, COARSE_WAITED)
     try:
         return coarsen(surface, layout, settings, patience), ()
     except Cancelled:

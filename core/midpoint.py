@@ -22,8 +22,8 @@ from .surface import TriangleSurface, previous_halfedge
 
 # Most times that all quads are cut into four to come near the wanted number.
 MOST_CUTS = 4
-# CPU seconds that smoothing may take; the quads are valid without it.
-SMOOTHING_SECONDS = 25.0
+# CPU seconds, and seconds of the clock, that smoothing may take; the quads are valid without it.
+SMOOTHING_SECONDS, SMOOTHING_WAITED = 20.0, 30.0
 
 
 def split_at_midpoints(
@@ -63,7 +63,7 @@ def split_at_midpoints(
 
 def _smoothed(surface, placement, quad, cancelled):
     """The placement smoothed if there is time for it."""
-    patience = Patience(SMOOTHING_SECONDS, cancelled)
+    patience = Patience(SMOOTHING_SECONDS, cancelled, SMOOTHING_WAITED)
     try:
         return smooth(surface, placement, quad, cancelled=patience)
     except Cancelled:

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+from math import inf
 from time import monotonic, thread_time
-
-# A user waits by the clock on the wall: a busy machine may take so many times as long.
-_WAITED = 1.4
 
 
 class Patience:
     """Handed to a stage in place of `cancelled`: true once so many seconds have passed, too.
 
-    seconds    CPU seconds of this thread from now on, so that other programs do not change results;
-               where they slow it down very much, 1.4 times as many seconds of the clock
+    seconds    CPU seconds of this thread from now on, so that other programs do not change results
     cancelled  function () -> bool, the one to stand in for, or another Patience; None: never
+    waited     seconds of the clock on the wall from now on: how long a user of a very busy machine
+               is to wait all the same; None: for ever
 
     The stage then raises Cancelled. `ran_out` tells whether time was up or the user asked to stop.
     """
 
-    def __init__(self, seconds: float, cancelled=None):
+    def __init__(self, seconds: float, cancelled=None, waited: float | None = None):
         self.seconds = seconds
         self._end = thread_time() + seconds
-        self._latest = monotonic() + _WAITED * seconds
+        self._latest = inf if waited is None else monotonic() + waited
         self._cancelled = cancelled or (lambda: False)
 
     def __call__(self) -> bool:

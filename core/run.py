@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from time import process_time
+from time import monotonic, process_time
 
 from .errors import Cancelled
 
@@ -26,6 +26,7 @@ class Run:
         self._progress = progress or (lambda fraction, stage: None)
         self.cancelled = cancelled or (lambda: False)
         self._done = 0.0
+        self._start = monotonic()
 
     @contextmanager
     def stage(self, name: str):
@@ -46,6 +47,11 @@ class Run:
     def total(self) -> float:
         """CPU seconds of all stages so far."""
         return sum(self.seconds.values())
+
+    @property
+    def waited(self) -> float:
+        """Seconds of the clock since the run began."""
+        return monotonic() - self._start
 
     def _stop_if_cancelled(self):
         if self.cancelled():

@@ -40,7 +40,7 @@ def test_of_two_limits_the_outer_one_counts(clock):
 def test_a_busy_machine_does_not_make_users_wait_for_long(clock, monkeypatch):
     wall = [50.0]
     monkeypatch.setattr(patience, "monotonic", lambda: wall[0])
-    stop = Patience(5.0)
+    stop = Patience(5.0, waited=7.0)
     wall[0] += 6.0
     assert not stop()
     wall[0] += 2.0
