@@ -22,7 +22,14 @@ import numpy as np
 from .cells import NodeKind
 from .errors import Cancelled, LayoutError
 from .face_subdivision import (
-    MARGIN, SplitFace, aim, between, misfit, split_polygon, tag_line, way_out,
+    MARGIN,
+    SplitFace,
+    aim,
+    between,
+    misfit,
+    split_polygon,
+    tag_line,
+    way_out,
 )
 from .line_field import LineField, Port
 
