@@ -26,11 +26,11 @@ sys.path[:0] = [str(HERE.parent), str(HERE)]
 from run_benchmarks import distance_to, table
 
 from core.errors import CrossfieldError
-from core.features import detect_features
-from core.mesh_files import read_mesh
+from core.features.features import detect_features
+from core.files.mesh_files import read_mesh
 from core.pipeline import decompose
 from core.settings import Settings
-from core.surface import build_surface
+from core.surface.surface import build_surface
 
 PRIMITIVES = {
     "plane": {}, "grid": {}, "cube": {}, "cylinder": {}, "cone": {}, "uv_sphere": {},

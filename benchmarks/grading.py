@@ -21,12 +21,12 @@ sys.path[:0] = [str(HERE.parent), str(HERE)]
 
 from rivals import read_triangles
 
-from core.boundary import build_loops
-from core.divisions import redivide
+from core.divisions.divisions import redivide
+from core.divisions.wall_spacing import Grading, edge_loops, turned_grid
 from core.errors import CrossfieldError
 from core.pipeline import decompose
 from core.settings import Settings
-from core.wall_spacing import Grading, edge_loops, turned_grid
+from core.surface.boundary import build_loops
 
 CELLS = 11
 

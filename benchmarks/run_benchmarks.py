@@ -28,9 +28,9 @@ sys.path[:0] = [str(HERE.parent), str(HERE)]
 
 from rivals import RIVALS, read_triangles  # noqa: E402
 
-from core.blocks import find_blocks  # noqa: E402
-from core.quality import scaled_jacobian  # noqa: E402
-from core.surface import build_surface  # noqa: E402
+from core.blocks.blocks import find_blocks  # noqa: E402
+from core.quads.quality import scaled_jacobian  # noqa: E402
+from core.surface.surface import build_surface  # noqa: E402
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 TIME_LIMIT = 120

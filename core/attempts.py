@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from .creases import Creases
 from .errors import Cancelled, LayoutError
+from .features.creases import Creases
 from .patience import Patience
-from .resolution import WorkingSurface
 from .run import Run
 from .settings import Settings
 from .stages import Stages, run_stages, split_triangles
+from .surface.resolution import WorkingSurface
 from .ways import DIRECT, FEWER_CREASES, MIDPOINT_SPLIT, Way, ways
 
 # CPU seconds after which the way being tried is given up for the last one, which never fails.

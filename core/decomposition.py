@@ -7,18 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
-from .blocks import Blocks
-from .cells import CellComplex
-from .charts import Charts
-from .cleaning import CleanMesh
-from .cross_field import CrossField
-from .interfaces import interfaces
-from .placement import Placement
-from .quad_mesh import QuadMesh
+from .blocks.blocks import Blocks
+from .blocks.interfaces import interfaces
+from .blocks.t_layout import TLayout, build_t_layout, conforming_edges
+from .cells.cells import CellComplex
+from .cleaning.cleaning import CleanMesh
+from .features.charts import Charts
+from .field.cross_field import CrossField
+from .field.singularities import Singularities
+from .quads.placement import Placement
+from .quads.quad_mesh import QuadMesh
 from .settings import Settings
-from .singularities import Singularities
-from .surface import TriangleSurface
-from .t_layout import TLayout, build_t_layout, conforming_edges
+from .surface.surface import TriangleSurface
 
 
 @dataclass(frozen=True)

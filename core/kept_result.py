@@ -11,16 +11,16 @@ from dataclasses import asdict, fields
 
 import numpy as np
 
-from .blocks import Blocks, verify_blocks
-from .charts import Charts
+from .blocks.blocks import Blocks, verify_blocks
+from .blocks.t_layout import verify_t_layout
 from .decomposition import Decomposition
 from .errors import CrossfieldError, InputError
-from .placement import Placement
-from .quad_mesh import QuadMesh
+from .features.charts import Charts
+from .field.singularities import Singularities
+from .quads.placement import Placement
+from .quads.quad_mesh import QuadMesh
 from .settings import Settings
-from .singularities import Singularities
-from .surface import build_surface
-from .t_layout import verify_t_layout
+from .surface.surface import build_surface
 
 _PARTS = {"blocks": Blocks, "placement": Placement, "quads": QuadMesh}
 _BOOLEAN = {"t_edges", "blocks.edge_on_boundary", "placement.fixed", "quads.on_boundary"}

@@ -8,19 +8,19 @@ from __future__ import annotations
 import numpy as np
 
 from .attempts import first_valid
-from .cleaning import CleanMesh, clean
-from .creases import Creases
+from .blocks.t_layout import build_t_layout, find_t_edges, verify_t_layout
+from .cleaning.cleaning import CleanMesh, clean
+from .cleaning.numbering import numbered
 from .decomposition import Decomposition
 from .errors import LayoutError
-from .features import detect_features, marked_features
-from .numbering import numbered
-from .resolution import refine
+from .features.creases import Creases
+from .features.features import detect_features, marked_features
+from .field.singularities import find_singularities
 from .run import Run
 from .settings import Settings
-from .singularities import find_singularities
 from .stages import Stages
-from .surface import build_surface
-from .t_layout import build_t_layout, find_t_edges, verify_t_layout
+from .surface.resolution import refine
+from .surface.surface import build_surface
 from .unit_frame import unit_frame
 from .user_coordinates import in_user_coordinates, settings_in_frame
 

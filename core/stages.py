@@ -6,23 +6,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .blocks import Blocks, find_blocks, verify_blocks
-from .charts import Charts, cut_along, share_nodes
-from .constraints import Constraints, boundary_constraints
-from .cross_field import CrossField, build_cross_field
-from .curvature import guide_by_curvature
-from .distance import ArrivalDistance, arrival_distance
-from .filling import Filling, fill_cells
-from .jagged import smooth_jagged
-from .layout import Layout, trace_layout
-from .midpoint import split_at_midpoints
-from .propagation import propagate
-from .refinement import split_boundary_chords
-from .relaxation import relax
-from .resolution import WorkingSurface, halved
+from .blocks.blocks import Blocks, find_blocks, verify_blocks
+from .cells.layout import Layout, trace_layout
+from .features.charts import Charts, cut_along, share_nodes
+from .features.curvature import guide_by_curvature
+from .features.jagged import smooth_jagged
+from .field.constraints import Constraints, boundary_constraints
+from .field.cross_field import CrossField, build_cross_field
+from .field.distance import ArrivalDistance, arrival_distance
+from .field.propagation import propagate
+from .field.relaxation import relax
+from .filling.filling import Filling, fill_cells
+from .filling.midpoint import split_at_midpoints
 from .run import Run
 from .settings import Settings
-from .surface import TriangleSurface
+from .surface.refinement import split_boundary_chords
+from .surface.resolution import WorkingSurface, halved
+from .surface.surface import TriangleSurface
 from .ways import MIDPOINT_SPLIT, Way
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .constraints import Constraints
+from .field.constraints import Constraints
 from .settings import RELAXATIONS, Settings
 
 DIRECT, FEWER_CREASES, MIDPOINT_SPLIT = "direct", "fewer feature edges", "midpoint split"

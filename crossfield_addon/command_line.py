@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import CrossfieldError, InputError, LayoutError, SettingsError
-from ..core.mesh_files import read_mesh, write_quads_obj
+from ..core.files.mesh_files import read_mesh, write_quads_obj
 from ..core.pipeline import decompose
 from ..core.settings import COARSENESSES, LINES, RELAXATIONS, STAGES, Settings
 from . import exports

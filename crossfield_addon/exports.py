@@ -6,10 +6,10 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from ..core.block_quality import block_quality, quality_rows, quality_text
+from ..core.blocks.block_quality import block_quality, quality_rows, quality_text
+from ..core.divisions.wall_spacing import Grading
 from ..core.errors import SettingsError
-from ..core.obj_materials import parse_materials
-from ..core.wall_spacing import Grading
+from ..core.files.obj_materials import parse_materials
 from . import solver_files
 from .wanted_divisions import WantedDivisions
 

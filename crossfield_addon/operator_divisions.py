@@ -7,7 +7,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..core.chords import find_chords
+from ..core.blocks.chords import find_chords
 from ..core.errors import InputError
 from . import results, shown_result
 from .block_edge_selection import present_divisions, select_edges, selected_edges

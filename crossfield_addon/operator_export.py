@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
-from ..core.mesh_files import quads_obj
+from ..core.files.mesh_files import quads_obj
 from . import shown_result, solver_files
 from .output_files import OutputFiles, check_targets
 from .reporting import (

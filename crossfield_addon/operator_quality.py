@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..core.block_quality import block_quality, quality_csv, quality_rows
+from ..core.blocks.block_quality import block_quality, quality_csv, quality_rows
 from ..core.errors import InputError
 from . import quality_colours, results, shown_result
 from .reporting import ReportingOperator, poll_blocks, result_of, results_in_object_mode

@@ -10,9 +10,9 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..core.block_mesh import block_mesh
-from ..core.block_quality import block_quality
-from ..core.chords import divisions, find_chords, locked_counts
+from ..core.blocks.block_quality import block_quality
+from ..core.blocks.chords import divisions, find_chords, locked_counts
+from ..core.divisions.block_mesh import block_mesh
 from . import markers, palette
 from .attributes import AttributeKind, write_attribute
 

@@ -12,7 +12,7 @@ import json
 import bpy
 import numpy as np
 
-from ..core.block_quality import block_quality
+from ..core.blocks.block_quality import block_quality
 from . import attributes, kept_blocks, markers, palette, quality_colours
 from .result_objects import (
     ROLE,

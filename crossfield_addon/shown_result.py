@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.quality import scaled_jacobian
+from ..core.quads.quality import scaled_jacobian
 from . import kept_blocks, results
 from .mesh_arrays import evaluated_arrays, evaluated_materials
 

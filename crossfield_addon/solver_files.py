@@ -7,21 +7,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.block_mesh import block_mesh, block_mesh_obj
-from ..core.block_mesh_dict import block_mesh_dict
-from ..core.block_quality import block_quality
-from ..core.boundary_patches import (
+from ..core.blocks.block_quality import block_quality
+from ..core.divisions.block_mesh import block_mesh, block_mesh_obj
+from ..core.divisions.wall_spacing import edge_loops
+from ..core.errors import SettingsError
+from ..core.files.block_mesh_dict import block_mesh_dict
+from ..core.files.boundary_patches import (
     Patches,
     loop_patches,
     loops_of_material,
     material_patches,
 )
-from ..core.errors import SettingsError
-from ..core.extrusion import extrude, extrusion_height
-from ..core.plot3d import neutral_map, plot3d_grid
-from ..core.projection import plane_normal
-from ..core.vtk_blocks import vtk_files
-from ..core.wall_spacing import edge_loops
+from ..core.files.extrusion import extrude, extrusion_height
+from ..core.files.plot3d import neutral_map, plot3d_grid
+from ..core.files.vtk_blocks import vtk_files
+from ..core.surface.projection import plane_normal
 
 
 def boundary_patches(decomposition, names=(), material=None) -> Patches:

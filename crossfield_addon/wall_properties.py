@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..core.divisions.wall_spacing import Grading
 from ..core.errors import SettingsError
-from ..core.wall_spacing import Grading
 from .solver_files import wall_loops
 from .typed_numbers import as_typed
 
@@ -13,7 +13,7 @@ _OPTIONS = {"SKIP_SAVE"}
 
 
 class WallProperties:
-    """The properties of `core.wall_spacing.Grading` that a user can change, and the way back."""
+    """The properties of `core.divisions.wall_spacing.Grading` that a user can change, and the way back."""
 
     use_walls: bpy.props.BoolProperty(
         name="Wall Spacing",

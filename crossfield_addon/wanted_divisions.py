@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 
-from ..core.divisions import redivide
-from ..core.wall_spacing import Grading
+from ..core.divisions.divisions import redivide
+from ..core.divisions.wall_spacing import Grading
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ def tiled(panels, columns=2, gap=20):
 def decomposed(name, **chosen):
     """The Decomposition of an example."""
     pipeline, settings = load("core.pipeline"), load("core.settings")
-    points, polygons = load("core.mesh_files").read_mesh(ROOT / "examples" / f"{name}.obj")
+    points, polygons = load("core.files.mesh_files").read_mesh(ROOT / "examples" / f"{name}.obj")
     result = pipeline.decompose(points, polygons, settings.Settings(**chosen))
     print(f"{name} {chosen}: {result.sentence()}")
     return result

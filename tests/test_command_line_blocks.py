@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from core.mesh_files import read_mesh
+from core.files.mesh_files import read_mesh
 from tests.core import surfaces
 from tests.test_command_line import ROOT, contents, plate, refused, run, write_obj  # noqa: F401
 

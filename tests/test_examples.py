@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.mesh_files import read_mesh
+from core.files.mesh_files import read_mesh
 from core.pipeline import decompose
 from core.settings import Settings
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from core.cleaning import clean
-from core.surface import build_surface
+from core.cleaning.cleaning import clean
+from core.surface.surface import build_surface
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from core.cells import CellComplex, NodeKind
-from core.lengths import SHORTEST_WISH, side_lengths
+from core.cells.cells import CellComplex, NodeKind
+from core.quads.lengths import SHORTEST_WISH, side_lengths
 
 
 def build_complex(ends, cells, valence, kind, position=None):

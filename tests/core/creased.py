@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.surface import build_surface
+from core.surface.surface import build_surface
 from tests.core.surfaces import _from_quads, plate
 
 

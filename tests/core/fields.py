@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from core.constraints import boundary_constraints
-from core.cross_field import build_cross_field
+from core.field.constraints import boundary_constraints
+from core.field.cross_field import build_cross_field
 
 
 def smooth_field(surface, noise=0.0, seed=0):

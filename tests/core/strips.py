@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 
-from core.boundary import build_loops
-from core.cells import CellComplex, CellMesh, NodeKind
-from core.quads import QuadLayout
+from core.cells.cells import CellComplex, CellMesh, NodeKind
+from core.quads.quads import QuadLayout
+from core.surface.boundary import build_loops
 from tests.core.patches import grid_quads, patch
 
 

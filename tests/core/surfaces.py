@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.surface import build_surface
+from core.surface.surface import build_surface
 
 
 def regular_polygon(sides, rings, jitter=0.15, seed=1):

@@ -9,12 +9,12 @@ import pathlib
 import numpy as np
 import pytest
 
-from core.blocks import verify_blocks
-from core.boundary import build_loops
-from core.mesh_files import read_mesh
+from core.blocks.blocks import verify_blocks
+from core.files.mesh_files import read_mesh
 from core.pipeline import decompose
 from core.settings import Settings
-from core.surface import build_surface
+from core.surface.boundary import build_loops
+from core.surface.surface import build_surface
 
 SHARED = pathlib.Path(__file__).resolve().parents[2].parent / "shared"
 PEERS = sorted((SHARED / "meshes" / "peers").glob("*.obj"))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from core import attempts, stages
-from core.blocks import verify_blocks
-from core.creases import Creases
+from core.blocks.blocks import verify_blocks
 from core.errors import LayoutError
-from core.features import dihedral_angle
+from core.features.creases import Creases
+from core.features.features import dihedral_angle
 from core.pipeline import decompose
 from core.run import Run
 from core.settings import RELAXATIONS, Settings

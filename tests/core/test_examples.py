@@ -5,15 +5,15 @@ import pathlib
 import numpy as np
 import pytest
 
-from core.cleaning import clean
-from core.constraints import boundary_constraints
-from core.cross_field import build_cross_field
-from core.distance import arrival_distance
-from core.mesh_files import read_mesh
-from core.propagation import propagate
-from core.refinement import split_boundary_chords
-from core.singularities import find_singularities
-from core.surface import build_surface
+from core.cleaning.cleaning import clean
+from core.field.constraints import boundary_constraints
+from core.field.cross_field import build_cross_field
+from core.field.distance import arrival_distance
+from core.field.propagation import propagate
+from core.field.singularities import find_singularities
+from core.files.mesh_files import read_mesh
+from core.surface.refinement import split_boundary_chords
+from core.surface.surface import build_surface
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
 

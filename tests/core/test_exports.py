@@ -11,21 +11,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from core.block_mesh import block_mesh, block_mesh_obj
-from core.block_mesh_dict import block_mesh_dict
-from core.block_quality import block_quality, quality_rows, quality_text
-from core.boundary_patches import loop_patches, material_patches
+from core.blocks.block_quality import block_quality, quality_rows, quality_text
+from core.blocks.t_layout import build_t_layout, find_t_edges
+from core.divisions.block_mesh import block_mesh, block_mesh_obj
+from core.divisions.regridding import block_grid, edge_chain
+from core.divisions.wall_spacing import edge_loops
 from core.errors import LayoutError, SettingsError
-from core.extrusion import extrude, extrusion_height
-from core.mesh_files import read_mesh
-from core.obj_materials import parse_materials
+from core.files.block_mesh_dict import block_mesh_dict
+from core.files.boundary_patches import loop_patches, material_patches
+from core.files.extrusion import extrude, extrusion_height
+from core.files.mesh_files import read_mesh
+from core.files.obj_materials import parse_materials
+from core.files.plot3d import FORMS, neutral_map, plot3d_grid
+from core.files.vtk_blocks import vtk_files
 from core.pipeline import decompose
-from core.plot3d import FORMS, neutral_map, plot3d_grid
-from core.regridding import block_grid, edge_chain
 from core.settings import Settings
-from core.t_layout import build_t_layout, find_t_edges
-from core.vtk_blocks import vtk_files
-from core.wall_spacing import edge_loops
 from tests.core import surfaces
 
 MAKERS = {

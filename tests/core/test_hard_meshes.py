@@ -7,7 +7,7 @@ import pathlib
 
 import pytest
 
-from core.mesh_files import read_mesh
+from core.files.mesh_files import read_mesh
 from core.pipeline import decompose
 from core.settings import Settings
 

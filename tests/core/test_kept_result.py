@@ -5,13 +5,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from core.divisions import redivide
+from core.divisions.divisions import redivide
+from core.divisions.wall_spacing import Grading
 from core.errors import InputError
+from core.files.plot3d import plot3d_grid
 from core.kept_result import from_arrays, to_arrays
 from core.pipeline import decompose
-from core.plot3d import plot3d_grid
 from core.settings import Settings
-from core.wall_spacing import Grading
 from tests.core import creased, surfaces
 
 MAKERS = {

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from core.length_graph import build_length_graph, impossible_arcs
-from core.lengths import SHORTEST_WISH, solve_lengths
+from core.quads.length_graph import build_length_graph, impossible_arcs
+from core.quads.lengths import SHORTEST_WISH, solve_lengths
 from tests.core.complexes import (
     balance_matrix,
     balanced,

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from core.blocks import verify_blocks
-from core.boundary import build_loops
+from core.blocks.blocks import verify_blocks
 from core.errors import Cancelled, InputError
 from core.pipeline import decompose
 from core.settings import Settings
+from core.surface.boundary import build_loops
 from tests.core import surfaces
 
 MAKERS = {

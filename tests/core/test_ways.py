@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.constraints import boundary_constraints
+from core.field.constraints import boundary_constraints
 from core.settings import RELAXATIONS, Settings
 from core.ways import DIRECT, FEWER_CREASES, Way, ways
 from tests.core import surfaces

@@ -1,0 +1,1 @@
+"""Sparse linear systems, minimisation, choices: what knows nothing of surfaces."""

@@ -1,0 +1,1 @@
+"""Blocks of a quad mesh: conforming or with T-junctions, how they join, how good they are."""

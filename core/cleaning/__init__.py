@@ -1,0 +1,1 @@
+"""Any polygons become an oriented manifold of triangles in an order of its own."""

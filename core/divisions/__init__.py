@@ -1,0 +1,1 @@
+"""Blocks divided anew: locked counts, grading to walls, the coarse block mesh."""

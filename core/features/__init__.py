@@ -1,0 +1,1 @@
+"""Creases, charts, curvature and jagged boundaries: what binds the field besides boundaries."""

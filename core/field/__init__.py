@@ -1,0 +1,1 @@
+"""The cross-field: fixed crosses, arrival distance, propagation, relaxation, singularities."""

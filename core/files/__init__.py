@@ -1,0 +1,1 @@
+"""Files: meshes that come in, block grids for solvers that go out."""

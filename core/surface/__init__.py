@@ -1,0 +1,1 @@
+"""Triangle surfaces: connectivity, angles, frames; finer ones; places on them."""
