@@ -26,7 +26,6 @@ POOR, MORE_WHEN_POOR = 1e-4, 2
 MOST_TO_HALVE = 12_000
 # Faults of the program itself: they are told in the report, and another way is taken all the same.
 _SLIPS = (ArithmeticError, LookupError, ValueError)
-_SLIP = "There is a fault in the program"
 
 
 def first_valid(run: Run, working: WorkingSurface, creases: Creases, settings: Settings):
@@ -74,8 +73,7 @@ class _Attempts:
             self._note(way, error)
             self._give_way(way, self._beside(way, error))
         except _SLIPS as error:
-            fault = f"{_SLIP} ({type(error).__name__}: {error}); please report it."
-            self._note(way, LayoutError(fault))
+            self._note(way, _fault(error))
         else:
             return self._judged(way, stages)
         return None
@@ -86,7 +84,10 @@ class _Attempts:
             return max(self._poor, key=lambda found: found[0])[1]
         if self._settings.stop_after != "quads":
             raise self._failure
-        stages = split_triangles(self._run, self._working, self._creases.all, self._settings)
+        try:
+            stages = split_triangles(self._run, self._working, self._creases.all, self._settings)
+        except _SLIPS as error:
+            raise _fault(error) from error
         return MIDPOINT_SPLIT, stages, self._notes
 
     def _patience(self):
@@ -125,3 +126,9 @@ class _Attempts:
         """Try the way next with fewer creases, where they are fewer and it may give way."""
         if way.name in _GIVES_WAY and fewer.sum() < way.crease.sum():
             self._left.insert(0, Way(FEWER_CREASES, fewer, way.settings))
+
+
+def _fault(error) -> LayoutError:
+    return LayoutError(
+        f"There is a fault in the program ({type(error).__name__}: {error}); please report it."
+    )

@@ -200,12 +200,15 @@ def _roots(matrix, row, column, start):
 
 
 def _pseudo_inverse(matrix):
-    """Dense inverse; what is singular to rounding stays out of it."""
+    """Dense inverse; what is singular to rounding stays out of it. None where there is none."""
     if not matrix.size:
         return np.zeros((0, 0))
     dense = matrix.dense()
     scale = 1.0 / np.sqrt(np.maximum(dense.diagonal().real, 1e-300))
-    eigenvalue, vector = np.linalg.eigh(scale[:, None] * dense * scale)
+    try:
+        eigenvalue, vector = np.linalg.eigh(scale[:, None] * dense * scale)
+    except np.linalg.LinAlgError:
+        return None
     kept = eigenvalue > 1e-13 * max(eigenvalue[-1], 0.0)
     inverse = np.where(kept, 1.0 / np.where(kept, eigenvalue, 1.0), 0.0)
     vector = scale[:, None] * vector

@@ -209,3 +209,13 @@ def test_a_fault_of_the_program_is_told_and_another_way_taken(monkeypatch):
     result = run("disc")
     assert result.way == "finer field" and np.all(result.quads.scaled_jacobian > 0)
     assert any("fault in the program (IndexError" in warning for warning in result.warnings)
+
+
+def test_a_fault_in_the_last_way_is_one_sentence(monkeypatch):
+    def slip(*_):
+        raise IndexError("slip")
+
+    monkeypatch.setattr(stages, "fill_cells", slip)
+    monkeypatch.setattr(stages, "split_at_midpoints", slip)
+    with pytest.raises(LayoutError, match="a fault in the program .*please report it"):
+        run("disc")

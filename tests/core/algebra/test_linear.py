@@ -152,6 +152,17 @@ def test_multigrid_of_a_singular_system_with_a_solution():
     assert np.allclose(found - found.mean(), x, atol=1e-6)
 
 
+def test_a_coarsest_level_without_eigenvalues_only_costs_iterations(monkeypatch):
+    def fail(_):
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    matrix = plate_laplacian(40)
+    x = np.random.default_rng(2).normal(size=matrix.size)
+    monkeypatch.setattr(np.linalg, "eigh", fail)
+    found = solve(matrix, matrix.dot(x), tolerance=1e-9, preconditioner=Multigrid(matrix))
+    assert np.allclose(found, x, atol=1e-5)
+
+
 def test_disconnected_unknowns_do_not_trouble_multigrid():
     loose = SparseMatrix.from_triplets(np.arange(5000), np.arange(5000), np.arange(1, 5001), 5000)
     b = np.linspace(1, 2, 5000)
