@@ -113,7 +113,7 @@ class Multigrid:
         matrix = self._levels[depth].matrix
         image = matrix.dot(first)
         curvature = np.vdot(first, image).real
-        if curvature <= 0:
+        if not 0 < curvature < np.inf:
             return first
         length = np.vdot(first, residual) / curvature
         rest = residual - length * image
@@ -123,7 +123,7 @@ class Multigrid:
         second = second - (np.vdot(image, second) / curvature) * first
         image = matrix.dot(second)
         curvature = np.vdot(second, image).real
-        if curvature <= 0:
+        if not 0 < curvature < np.inf:
             return length * first
         return length * first + (np.vdot(second, rest) / curvature) * second
 
