@@ -17,6 +17,7 @@ from .features.creases import Creases
 from .features.features import detect_features, marked_features
 from .field.singularities import find_singularities
 from .run import Run
+from .sentences import missed_count
 from .settings import Settings
 from .stages import Stages
 from .surface.resolution import refine
@@ -85,7 +86,7 @@ def _count_notes(quad_count, block_count, settings):
     if settings.edge_length is not None or abs(quad_count / settings.quad_count - 1) <= 0.15:
         return []
     return [
-        f"{quad_count:,} quads instead of {settings.quad_count:,}: with {block_count:,} blocks "
+        f"{missed_count(quad_count)}{settings.quad_count:,}: with {block_count:,} blocks "
         "this is the nearest number that keeps their quads in shape."
     ]
 

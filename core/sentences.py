@@ -29,3 +29,8 @@ class PlacedSentence:
         ]
         length = [f"{value * frame.size:.3g}" for value in self.lengths]
         return self.text.format(point=point, length=length)
+
+
+def missed_count(count: int) -> str:
+    """How the sentence starts that a mesh has so many quads and not the wanted number."""
+    return f"{count:,} quads instead of "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..core.divisions.divisions import redivide
 from ..core.divisions.wall_spacing import Grading
@@ -28,13 +28,9 @@ class WantedDivisions:
         """The decomposition divided so; raises CrossfieldError where that cannot be."""
         if self == WantedDivisions():
             return decomposition
-        divided = redivide(
+        return redivide(
             decomposition, self.locks, self.grading, self.edge_length, self.quad_count
         )
-        # What was said of the number of quads is no longer true.
-        outdated = f"{len(decomposition.quads.quads):,} quads instead of"
-        notes = [note for note in divided.warnings if not str(note).startswith(outdated)]
-        return replace(divided, warnings=notes)
 
     def text(self) -> str:
         """All but the locks as JSON."""

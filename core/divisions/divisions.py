@@ -21,6 +21,7 @@ from ..quads.quad_mesh import QuadMesh
 from ..quads.quality import scaled_jacobian
 from ..quads.smoothing import smooth
 from ..quads.worst_quads import mend_worst_quads
+from ..sentences import missed_count
 from ..surface.boundary import build_loops
 from ..surface.projection import surface_normal
 from .edge_spacing import edge_indices, kinks_inside
@@ -83,8 +84,14 @@ def redivide(
         )
     return replace(
         decomposition, quads=quads, blocks=fresh.blocks, placement=fresh.placement,
-        warnings=decomposition.warnings + notes,
+        warnings=_still_true(decomposition) + notes,
     )
+
+
+def _still_true(decomposition: Decomposition) -> list:
+    """Its sentences but the one about its number of quads."""
+    outdated = missed_count(len(decomposition.quads.quads))
+    return [note for note in decomposition.warnings if not note.startswith(outdated)]
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """Dividing blocks anew: locks, sizes, grading; what every new grid must satisfy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from core.divisions.wall_spacing import Grading, edge_loops, turned_grid
 from core.errors import SettingsError
 from core.pipeline import decompose
 from core.quads.quality import scaled_jacobian
+from core.sentences import missed_count
 from core.settings import Settings
 from core.surface.boundary import build_loops
 from tests.core import creased, surfaces
@@ -276,3 +279,11 @@ def test_without_blocks_there_is_nothing_to_divide():
     lines = decompose(surface.points, surface.triangles, Settings(stop_after="lines"))
     with pytest.raises(SettingsError, match="no blocks"):
         redivide(lines, {0: 3})
+
+
+def test_what_was_said_of_the_number_of_quads_is_not_said_again():
+    surface = surfaces.disc(5)
+    result = decompose(surface.points, surface.triangles, Settings(quad_count=300))
+    missed = missed_count(len(result.quads.quads)) + "7: the nearest number."
+    divided = redivide(replace(result, warnings=["Other.", missed]), quad_count=700)
+    assert divided.warnings == ["Other."]

@@ -23,12 +23,14 @@ def file_with(folder, name, content):
     return path
 
 
-def refusal(path, expected):
-    with pytest.raises(InputError, match=expected) as caught:
+def refusal(path):
+    """The one sentence, about this path, with which it is refused."""
+    with pytest.raises(InputError) as caught:
         read_mesh(path)
     message = str(caught.value)
     assert message.startswith(str(path))
     assert "\n" not in message and message.endswith(".") and ". " not in message
+    return message
 
 
 # ---- OBJ
@@ -118,7 +120,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     ],
 )
 def test_hostile_obj(tmp_path, text, expected):
-    refusal(file_with(tmp_path, "a.obj", text), expected)
+    assert expected in refusal(file_with(tmp_path, "a.obj", text))
 
 
 def test_obj_passes_on_odd_numbers_to_the_cleaning(tmp_path):
@@ -211,7 +213,7 @@ def test_truncated_ply(tmp_path, order):
     for size in (*range(body, len(whole) - edge, 7), body - 15, 60, 10):
         with pytest.raises(InputError):
             read_mesh(file_with(tmp_path, "a.ply", whole[:size]))
-    refusal(file_with(tmp_path, "a.ply", whole[: body + 40]), "truncated")
+    assert "truncated" in refusal(file_with(tmp_path, "a.ply", whole[: body + 40]))
 
 
 HEADER = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -253,7 +255,7 @@ FACES = "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     ],
 )  # fmt: skip
 def test_hostile_ply(tmp_path, content, expected):
-    refusal(file_with(tmp_path, "a.ply", content), expected)
+    assert expected in refusal(file_with(tmp_path, "a.ply", content))
 
 
 # ---- STL
@@ -332,7 +334,7 @@ def test_stl_does_not_weld_what_is_only_near(tmp_path):
     ],
 )
 def test_hostile_stl(tmp_path, content, expected):
-    refusal(file_with(tmp_path, "a.stl", content), expected)
+    assert expected in refusal(file_with(tmp_path, "a.stl", content))
 
 
 # ---- All of them
@@ -340,22 +342,22 @@ def test_hostile_stl(tmp_path, content, expected):
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply", ".stl"])
 def test_files_that_are_not_there(tmp_path, suffix):
-    refusal(tmp_path / ("missing" + suffix), "does not exist")
+    assert "does not exist" in refusal(tmp_path / ("missing" + suffix))
     (tmp_path / ("folder" + suffix)).mkdir()
-    refusal(tmp_path / ("folder" + suffix), "is a directory")
-    refusal(tmp_path / "missing" / ("a" + suffix), "does not exist")
+    assert "is a directory" in refusal(tmp_path / ("folder" + suffix))
+    assert "does not exist" in refusal(tmp_path / "missing" / ("a" + suffix))
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.gltf", ".obj"])
 def test_unknown_formats(tmp_path, name):
-    refusal(file_with(tmp_path, name, TRIANGLE), "give an .obj, .ply or .stl file")
+    assert "give an .obj, .ply or .stl file" in refusal(file_with(tmp_path, name, TRIANGLE))
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads all")
 def test_file_without_permission(tmp_path):
     path = file_with(tmp_path, "a.obj", TRIANGLE)
     path.chmod(0)
-    refusal(path, "cannot be read")
+    assert "cannot be read" in refusal(path)
 
 
 def test_name_as_text(tmp_path):
