@@ -8,7 +8,8 @@ The first rounds even out the mesh, the later ones care for its worst corners. (
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -137,10 +138,11 @@ class _Smoother:
         def function(freedom):
             if self.cancelled is not None and self.cancelled():
                 raise Cancelled("The computation was cancelled.")
-            value, gradient = energy(motion.points(freedom), epsilon)
-            spread, along = motion.spacing(freedom)
+            moved = motion.moved(freedom)
+            value, gradient = energy(moved.point, epsilon)
+            spread, along = motion.spacing(moved)
             weight = _SPACING_WEIGHT * power
-            return value + weight * spread, motion.pull_back(freedom, gradient, weight * along)
+            return value + weight * spread, motion.pull_back(moved, gradient, weight * along)
 
         freedom = minimise(
             function,
@@ -151,6 +153,17 @@ class _Smoother:
             motion.precondition,
         )
         return motion.apply(freedom)
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """Vertices on their way: places of all (P, 3); of those on the boundary the arc length along
+    their loops, its derivative by the degree of freedom, and the unit vectors along the loops."""
+
+    point: np.ndarray
+    along: np.ndarray
+    rate: np.ndarray
+    tangent: np.ndarray
 
 
 class _Motion:
@@ -187,30 +200,31 @@ class _Motion:
         x, y, _ = self.split(freedom)
         return x * self.first + y * self.second
 
-    def points(self, freedom):
-        """(P, 3) float64; inner vertices in their tangent planes."""
+    def moved(self, freedom) -> _Moved:
+        """Where the vertices are; inner ones in their tangent planes."""
+        along, rate = self.slide(freedom)
         point = self.placement.point.copy()
         point[self.inner] += self.displacement(freedom)
-        point[self.wall] = self.smoother.loops.point(self.loop, self.slide(freedom)[0])[0]
-        return point
+        on_loop, _, tangent = self.smoother.loops.point_and_tangent(self.loop, along)
+        point[self.wall] = on_loop
+        return _Moved(point, along, rate, tangent)
 
-    def spacing(self, freedom):
+    def spacing(self, moved: _Moved):
         """(energy, gradient (P,)) that keep boundary edges near the wanted length: log squared."""
-        moved = np.zeros(self.smoother.vertex_count)
-        moved[self.wall] = self.slide(freedom)[0] - self.position
+        shift = np.zeros(self.smoother.vertex_count)
+        shift[self.wall] = moved.along - self.position
         tail, head = self.smoother.neighbours
-        gap = self.gap + moved[head] - moved[tail]
+        gap = self.gap + shift[head] - shift[tail]
         stretch = np.log(gap / self.smoother.edge_length)
         pull = 2 * stretch / gap
-        gradient = np.bincount(head, pull, len(moved)) - np.bincount(tail, pull, len(moved))
+        gradient = np.bincount(head, pull, len(shift)) - np.bincount(tail, pull, len(shift))
         return float((stretch**2).sum()), gradient
 
-    def pull_back(self, freedom, gradient, along_gradient):
+    def pull_back(self, moved: _Moved, gradient, along_gradient):
         """Gradient by the degrees of freedom from one by positions and one along the loops."""
         inner = gradient[self.inner]
-        along, rate = self.slide(freedom)
-        tangent = self.smoother.loops.tangent(self.loop, along)
-        pull = ((gradient[self.wall] * tangent).sum(1) + along_gradient[self.wall]) * rate
+        by_loop = (gradient[self.wall] * moved.tangent).sum(1)
+        pull = (by_loop + along_gradient[self.wall]) * moved.rate
         return np.concatenate(
             [
                 (inner * self.first).sum(1),
@@ -310,5 +324,15 @@ def _diffusion(quad, inner, count):
     if len(inner) <= _MOST_DENSE:
         inverse = np.linalg.inv(laplacian.dense())
         return lambda vectors: inverse @ vectors
-    cycle = Multigrid(laplacian)
-    return lambda vectors: np.stack([cycle(column) for column in vectors.T], axis=1)
+    return partial(_spread, Multigrid(laplacian))
+
+
+def _spread(cycle, vectors):
+    """A multigrid cycle for each column of vectors (n, k); for two at a time as complex numbers."""
+    result = np.empty_like(vectors)
+    for first in range(0, vectors.shape[1] - 1, 2):
+        pair = cycle(vectors[:, first] + 1j * vectors[:, first + 1])
+        result[:, first], result[:, first + 1] = pair.real, pair.imag
+    if vectors.shape[1] % 2:
+        result[:, -1] = cycle(np.ascontiguousarray(vectors[:, -1]))
+    return result

@@ -56,13 +56,17 @@ class BoundaryLoops:
         loop (n,) int, position (n,) float: arc length, any number of turns.
         Returns (point (n, 3) float64, face (n,) int64: the triangle that holds it).
         """
-        index, fraction = self.locate(loop, position)
-        return self.tail[index] + fraction[:, None] * self.step[index], self.halfedge[index] // 3
+        return self.point_and_tangent(loop, position)[:2]
 
-    def tangent(self, loop, position) -> np.ndarray:
-        """(n, 3) float64, unit vectors along the loop (the surface on the left)."""
-        index, _ = self.locate(loop, position)
-        return self.step[index] / np.maximum(self.step_length[index], 1e-300)[:, None]
+    def point_and_tangent(self, loop, position):
+        """(point, face, tangent): as `point`, and unit vectors (n, 3) along the loop there.
+
+        The surface is on their left.
+        """
+        index, fraction = self.locate(loop, position)
+        step = self.step[index]
+        tangent = step / np.maximum(self.step_length[index], 1e-300)[:, None]
+        return self.tail[index] + fraction[:, None] * step, self.halfedge[index] // 3, tangent
 
     def closest(self, loop, points, points_at_once=256):
         """Arc length (n,) float64 of the place on loop (n,) int that is closest to each point."""

@@ -36,6 +36,17 @@ def test_gradient_is_the_derivative(power, size):
     assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-5)
 
 
+def test_many_quads_cost_what_each_of_them_costs():
+    points, quads = flat(grid_parameters(60, 40)), grid_quads(60, 40)
+    points = points + np.random.default_rng(2).normal(scale=2e-3, size=points.shape)
+    value, gradient = energy_of(points, quads)(points, 0.1)
+    half = [energy_of(points, some)(points, 0.1) for some in (quads[:1234], quads[1234:])]
+    assert value == pytest.approx(half[0][0] + half[1][0])
+    assert np.allclose(gradient, half[0][1] + half[1][1])
+    whole = energy_of(points, quads).worst_corner(points)
+    assert whole == min(energy_of(points, quads[k:][:7]).worst_corner(points) for k in range(0, 2400, 7))
+
+
 def test_inverted_corner_is_seen_and_costs_more():
     points, quads = flat(grid_parameters(3, 3)), grid_quads(3, 3)
     energy = energy_of(points, quads)

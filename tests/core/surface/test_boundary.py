@@ -48,7 +48,7 @@ def test_tangent_keeps_the_surface_on_the_left():
         which = np.full(50, loop)
         point, _ = loops.point(which, position)
         outer = np.linalg.norm(point, axis=1).mean() > 1.5
-        turn = np.cross(point, loops.tangent(which, position))[:, 2]
+        turn = np.cross(point, loops.point_and_tangent(which, position)[2])[:, 2]
         assert (turn > 0).all() if outer else (turn < 0).all()
 
 
