@@ -1,25 +1,20 @@
-"""Quad vertices onto the surface: every cell mapped to its rectangle, lattice points read off.
+"""Quad vertices onto the surface: lattice points read off the cells mapped to their rectangles.
 
-All cells are parametrised by one sparse system: points on a cell's outline have their places by
-arc length, the others are weighted means of their neighbours with positive symmetric weights, so
-that no triangle turns over (Tutte's theorem). (method section 10)
+(method section 10)
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..algebra.linear import SparseMatrix, solve
 from ..cells.cells import CellComplex, CellMesh, NodeKind
 from ..surface.boundary import BoundaryLoops, build_loops
 from ..surface.projection import closest_in_triangle, expand_ranges, first_smallest
 from ..surface.surface import TriangleSurface
 from .candidates import BOUNDARY, FIXED, PLAIN, SINGULAR, Candidates, choose
+from .cell_maps import map_cells
 from .placement import Placement
 from .quads import QuadLayout
-
-_WEIGHT_RANGE = (1e-3, 30.0)  # cut slivers give cotangents of any size
-_EXACT_ENOUGH = 1e-5  # relative residual: the vertices are smoothed afterwards
 
 
 def place_vertices(
@@ -33,7 +28,7 @@ def place_vertices(
     """Positions on the surface of all vertices of a quad layout.
 
     length  (A,) int64, number of quads along each arc
-    mapped  what `map_cells` returns, where it is known already
+    mapped  what `map_cells` or `squares_to_rectangles` returns, where it is known already
 
     Nodes keep their positions, vertices of an arc are spread evenly by arc length, those inside a
     cell come from its map onto the rectangle. Where several of these are one vertex (arcs of
@@ -113,83 +108,6 @@ def _cell_candidates(complex, cell_mesh, layout, length, mapped):
         np.zeros(count),
         np.full(count, PLAIN),
     )
-
-
-def map_cells(complex: CellComplex, cell_mesh: CellMesh, cell_shape, length):
-    """Parametrise the triangles of all cells onto their m x n rectangles.
-
-    cell_shape (C, 2) int64, length (A,) int64. Returns place (M, 2) float64, the image of each
-    point of the cell mesh, and live (t,) int64, the triangles of cells that have not vanished.
-    """
-    live_cell = (cell_shape > 0).all(1)
-    live = np.flatnonzero(live_cell[cell_mesh.triangle_cell])
-    place = np.zeros((len(cell_mesh.point), 2))
-    place[cell_mesh.wall_point] = _wall_places(complex, cell_mesh, cell_shape, length)
-    inner = np.zeros(len(place), bool)
-    inner[cell_mesh.triangle[live]] = True
-    inner[cell_mesh.wall_point] = False
-    if inner.any():
-        first, second, weight = _edge_weights(cell_mesh.point, cell_mesh.triangle[live])
-        place[inner] = _solve_inside(inner, place, first, second, weight)
-    return place, live
-
-
-def _wall_places(complex, cell_mesh, cell_shape, length):
-    """(K, 2) float64: outline points by arc length, each arc on its own integer interval."""
-    arc = complex.side_halfarc // 2
-    total = np.concatenate([[0], np.cumsum(length[arc])])
-    side = complex.slot_side
-    begin = total[:-1] - total[complex.side_offset[side]]
-    slot = cell_mesh.wall_slot
-    whole = np.maximum(complex.arc_length[arc[slot]], 1e-300)
-    fraction = np.clip(cell_mesh.wall_distance / whole, 0.0, 1.0)
-    along = begin[slot] + length[arc[slot]] * fraction
-    m, n = cell_shape[side[slot] // 4].T
-    which = side[slot] % 4
-    x = np.choose(which, [along, m, m - along, 0.0])
-    y = np.choose(which, [0.0, along, n, n - along])
-    return np.stack([x, y], axis=1)
-
-
-def _edge_weights(point, triangle):
-    """Each edge once, with the clamped mean cotangent of the angles opposite it."""
-    tail, head = triangle.ravel(), np.roll(triangle, -1, axis=1).ravel()
-    opposite = np.roll(triangle, -2, axis=1).ravel()
-    a, b = point[tail] - point[opposite], point[head] - point[opposite]
-    area, dot = np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1)
-    cotangent = dot / np.maximum(np.maximum(area, 1e-9 * np.abs(dot)), 1e-300)
-    key = np.minimum(tail, head) * np.int64(len(point)) + np.maximum(tail, head)
-    edge, member = np.unique(key, return_inverse=True)
-    weight = np.bincount(member.ravel(), 0.5 * cotangent, len(edge))
-    return edge // len(point), edge % len(point), np.clip(weight, *_WEIGHT_RANGE)
-
-
-def _solve_inside(inner, place, first, second, weight):
-    """(n, 2) float64, places of the inner points as weighted means of their neighbours."""
-    number = np.cumsum(inner) - 1
-    row = np.concatenate([first, second])
-    column = np.concatenate([second, first])
-    weight = np.concatenate([weight, weight])
-    keep = inner[row]
-    row, column, weight = number[row[keep]], column[keep], weight[keep]
-    count = int(inner.sum())
-    walls = ~inner[column]
-    right_side = np.stack(
-        [
-            np.bincount(row[walls], weight[walls] * place[column[walls], axis], count)
-            for axis in range(2)
-        ],
-        axis=1,
-    )
-    diagonal = np.bincount(row, weight, count)
-    linked = ~walls
-    matrix = SparseMatrix.from_triplets(
-        np.concatenate([row[linked], np.arange(count)]),
-        np.concatenate([number[column[linked]], np.arange(count)]),
-        np.concatenate([-weight[linked], diagonal]),
-        count,
-    )
-    return solve(matrix, right_side, tolerance=_EXACT_ENOUGH)
 
 
 def _lattice(cell_shape):
