@@ -48,14 +48,7 @@ def divide(width, size: float, row, alive) -> np.ndarray:
     rows = int(row.max(initial=-1)) + 1
     total = np.bincount(row, wish, rows)
     goal = np.maximum(1, np.rint(total)) * (np.bincount(row, alive, rows) > 0)
-    share = wish * (goal / np.maximum(total, 1e-300))[row]
-    result = np.floor(share + 1e-9).astype(np.int64)
-    missing = (goal - np.bincount(row, result, rows)).astype(np.int64)
-    order = np.lexsort([-np.where(alive, share - result, -1.0), row])
-    first = np.searchsorted(row[order], np.arange(rows))
-    rank = np.arange(len(row)) - first[row[order]]
-    result[order] += rank < missing[row[order]]
-    return result
+    return _shared_out(wish, row, goal)
 
 
 def divide_to_count(complex: CellComplex, chords: LayoutChords, width, quad_count, row, alive):
@@ -103,19 +96,38 @@ def _mend_count(complex, chords, wish, quad_count, row, division):
     return division
 
 
-def thin_out(complex: CellComplex, chords: LayoutChords, division, quad_count) -> np.ndarray:
+def thin_out(complex: CellComplex, chords: LayoutChords, division, quad_count, row) -> np.ndarray:
     """(count,) int64: fewer divisions, for at most so many quads, fewer only where there are many.
 
-    Chords divided once or twice stay as they are, the others keep two divisions or more: small
+    row  (count,) int64, chords with equal number are thinned together, see `divide`
+
+    Rows divided once or twice stay as they are, the others keep two divisions or more: small
     features are as well resolved as before.
     """
-    least, low, high = np.minimum(division, 2), 1.0, float(max(division.max(initial=1), 2))
-    result = least
+    total = np.bincount(row, division)
+    least, low, high = np.minimum(total, 2), 1.0, float(max(total.max(initial=1), 2))
+    result = _shared_out(division, row, least)
     for _ in range(_MOST_TRIALS):
         ratio = np.sqrt(low * high)
-        trial = np.maximum(least, np.rint(division / ratio).astype(np.int64))
+        trial = _shared_out(division, row, np.maximum(least, np.rint(total / ratio)))
         if count_quads(complex, chords.lengths(trial, complex.arc_count)) > quad_count:
             low = ratio
         else:
             high, result = ratio, trial
+    return result
+
+
+def _shared_out(wish, row, goal) -> np.ndarray:
+    """(count,) int64 with the sum goal (r,) in each row, in proportion to wish (count,).
+
+    What is left over by rounding down goes where most was cut off.
+    """
+    total = np.bincount(row, wish, len(goal))
+    share = wish * (goal / np.maximum(total, 1e-300))[row]
+    result = np.floor(share + 1e-9).astype(np.int64)
+    missing = (goal - np.bincount(row, result, len(goal))).astype(np.int64)
+    order = np.lexsort([-np.where(wish > 0, share - result, -1.0), row])
+    first = np.searchsorted(row[order], np.arange(len(goal)))
+    rank = np.arange(len(row)) - first[row[order]]
+    result[order] += rank < missing[row[order]]
     return result

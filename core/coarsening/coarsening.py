@@ -8,36 +8,26 @@ division of what is left.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..cells.layout import Layout
 from ..errors import LayoutError
 from ..settings import Settings
 from ..surface.surface import TriangleSurface
-from .coarse_divisions import arc_widths, divide, divide_to_count, thin_out
-from .coarse_lengths import solve_coarse_lengths
 from .drafts import Draft, DraftBoard
+from .goal import Goal
 from .kinks import without_kinks
+from .starts import first_drafts
 from .thin_blocks import THIN
 
-# First layouts: quads as large as so many squares on the surface, and the share of arcs that are
-# lengthened at a time, see `solve_coarse_lengths`.
-_FIRST = (
-    (3, 0.08), (6, 0.08), (6, 0.33), (12, 0.08), (12, 0.33), (20, 0.33), (35, 0.33), (80, 0.33),
-    (130, 0.33), (200, 0.33), (550, 0.33),
-)
 # The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
 # of the best one of all those tried.
-_GOOD_START = {"balanced": 0.65, "fewest": 0.5}
-_NEARLY = {"balanced": 0.75, "fewest": 0.6}
+_GOOD_START = 0.6
+_NEARLY = {"balanced": 0.9, "fewest": 0.6}
 # The next start is better shaped by so much; hardly more blocks are up to so many times as many.
 _BETTER, _HARDLY_MORE = 0.05, 1.08
 # Without any first layout as well shaped as this the direct layout is taken.
 _LEAST_START = 0.1
-# First layouts that are smoothed and judged at most.
-_MOST_JUDGED = 4
 # Rows are taken out as long as the worst scaled Jacobian stays above this, or above this share of
 # what it was at first; below half the wanted size above half of that.
 _LEAST = {"balanced": 0.62, "fewest": 0.4}
@@ -46,45 +36,13 @@ _PATIENCE = {"balanced": 4, "fewest": 12}
 # A layout whose wanted quads come out worse than both of these, the second one a share of its
 # draft, gives way to the next finer one.
 _LEAST_FINE, _FINE_KEPT = 0.5, 0.75
-# Quads of the drafts by which layouts are judged.
-_DRAFT_QUADS = 400
-_FIRST_STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3))
 _TRIAL_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3))
-_FINE_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
+_FINE_STAGES = ((2, 0.5, 2, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
 # The boundary may stray by so many edge lengths from the quads, or divisions are added.
 _STRAYING = 0.18
 _MOST_REFINEMENTS, _MOST_MORE = 3, 1.05
 # A fine mesh worse than this share of its draft is placed in two steps.
 _FINE_SHARE = 0.9
-
-
-@dataclass(frozen=True)
-class _Goal:
-    """What is asked for: the size of the quads (object-space lengths), their number or None."""
-
-    size: float
-    quad_count: int | None
-
-    def divide(self, board: DraftBoard, width, row, alive) -> np.ndarray:
-        """(count,) int64, valid divisions of rows of blocks, see `coarse_divisions.divide`.
-
-        Where kinks in one row need quads between them, each of its chords is divided by itself.
-        """
-        together = self._divide(board, width, row, alive)
-        if board.is_valid(together):
-            return together
-        result = self._divide(board, width, np.arange(len(row)), alive)
-        for number in np.flatnonzero(np.bincount(row, alive) > 1).tolist():
-            trial = np.where(row == number, together, result)
-            if board.is_valid(trial):
-                result = trial
-        return result
-
-    def _divide(self, board, width, row, alive):
-        if self.quad_count is None:
-            return divide(width, self.size, row, alive)
-        complex = board.layout.complex
-        return divide_to_count(complex, board.chords, width, self.quad_count, row, alive)
 
 
 def coarsen(
@@ -96,13 +54,9 @@ def coarsen(
 
     Raises Cancelled.
     """
-    area = surface.face_area.sum()
-    if settings.edge_length is None:
-        goal = _Goal(float(np.sqrt(area / settings.quad_count)), settings.quad_count)
-    else:
-        goal = _Goal(settings.edge_length, None)
+    goal = Goal.of(settings, surface.face_area.sum())
     layout, kinks = without_kinks(layout)
-    starts = _first_drafts(surface, layout, kinks, goal, cancelled)
+    starts = first_drafts(surface, layout, kinks, goal, _GOOD_START, cancelled)
     best = _coarsest(starts, goal, "balanced")
     if best is not None and settings.coarseness == "fewest":
         most = best[2].blocks.count - 1
@@ -116,7 +70,7 @@ def _coarsest(starts, goal, coarseness, most=None):
     (DraftBoard, its last Draft, Draft of the wanted quads), or None if none has valid quads, and no
     more than `most` blocks. Where shapes suffer, the next better shaped start is tried.
     """
-    best, least = None, 0.0
+    best, best_so_far, least = None, None, 0.0
     ladder = _well_shaped(starts, coarseness)
     for rung, (board, start) in enumerate(ladder):
         if best is not None and start.worst < least:
@@ -125,9 +79,13 @@ def _coarsest(starts, goal, coarseness, most=None):
         if most is not None and draft.blocks.count > most:
             continue
         fine = _fine_draft(board, draft, goal, untangle=rung == len(ladder) - 1)
-        if fine is not None and (best is None or fine.worst > best[2].worst):
-            best, least = (board, draft, fine), start.worst + _BETTER
-        if best is not None and best[2].worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
+        if fine is None:
+            continue
+        met = goal.is_met(len(fine.quads.quad))
+        if best is None or (met, fine.worst) > best_so_far:
+            best, best_so_far = (board, draft, fine), (met, fine.worst)
+            least = start.worst + _BETTER if met else 0.0
+        if met and best[2].worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
             break
     return best
 
@@ -138,7 +96,7 @@ def _well_shaped(starts, coarseness):
     One that is better shaped at hardly more blocks takes the place of the one before.
     """
     best = max((draft.worst for _, draft in starts), default=0.0)
-    least = max(min(_GOOD_START[coarseness], _NEARLY[coarseness] * best), _LEAST_START)
+    least = max(min(_GOOD_START, _NEARLY[coarseness] * best), _LEAST_START)
     chosen = []
     for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
         if draft.worst < least:
@@ -150,52 +108,6 @@ def _well_shaped(starts, coarseness):
             chosen.pop()
         chosen.append((board, draft))
     return chosen
-
-
-def _first_drafts(surface, layout, kinks, goal, cancelled):
-    """Smoothed drafts to start from: a list of (DraftBoard, Draft), the fewest blocks first.
-
-    The last one is well shaped, or no more than a few have been tried.
-    """
-    found = []
-    for board, draft in _connected_drafts(surface, layout, kinks, goal, cancelled):
-        try:
-            found.append((board, board.place(draft, _FIRST_STAGES)))
-        except LayoutError:
-            continue
-        if found[-1][1].worst >= _GOOD_START["balanced"] or len(found) == _MOST_JUDGED:
-            break
-    return found
-
-
-def _connected_drafts(surface, layout, kinks, goal, cancelled):
-    """Drafts of several sizes, not placed: a list of (DraftBoard, Draft), the fewest blocks first.
-
-    Of several with the same number of blocks the one with the shortest arcs.
-    """
-    found = {}
-    for squares, share in _FIRST:
-        size = np.sqrt(surface.face_area.sum() / squares)
-        if found and size < goal.size:
-            break
-        try:
-            length = solve_coarse_lengths(layout, size, cancelled, share)
-            board = DraftBoard(surface, layout, length, kinks, cancelled)
-            draft = _connected_draft(board, goal)
-        except LayoutError:
-            continue
-        found.setdefault(draft.blocks.count, (board, draft))
-    return [found[count] for count in sorted(found)]
-
-
-def _connected_draft(board: DraftBoard, goal) -> Draft:
-    """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
-    chords, complex = board.chords, board.layout.complex
-    alive = np.ones(chords.count, bool)
-    row = board.rows(board.connect(alive.astype(np.int64)))
-    division = goal.divide(board, arc_widths(complex, chords), row, alive)
-    division = thin_out(complex, chords, division, _DRAFT_QUADS)
-    return board.connect(division)
 
 
 def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft:
@@ -210,34 +122,33 @@ def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft
     while failed < _PATIENCE[coarseness]:
         alive = draft.division > 0
         row = board.rows(draft)
-        total = np.bincount(row, np.where(alive, board.widths(draft), 0.0))
-        untried = []
-        for number in np.argsort(total, kind="stable").tolist():
-            members = alive & (row == number)
-            if members.any() and members.tobytes() not in tried:
-                untried.append((number, members))
+        width = np.bincount(row, np.where(alive, board.widths(draft), 0.0))
         found = None
-        for number, members in untried:
+        for number in np.argsort(width, kind="stable").tolist():
+            members = alive & (row == number)
+            if not members.any() or members.tobytes() in tried:
+                continue
             tried.add(members.tobytes())
-            found = _without(board, draft, members)
+            needed = 0.5 * least if width[number] < THIN * size else least
+            found = _without(board, draft, members, needed)
             if found is not None:
                 break
         if found is None:
             break
-        if found.worst >= (0.5 * least if total[number] < THIN * size else least):
-            draft, failed = found, 0
-        else:
-            failed += 1
+        draft, failed = (found, 0) if found.worst >= needed else (draft, failed + 1)
     return draft
 
 
-def _without(board, draft, members) -> Draft | None:
-    """The draft without the given chords, None if that is not valid or has no fewer blocks."""
+def _without(board, draft, members, needed) -> Draft | None:
+    """The draft without the given chords, None if that is not valid or has no fewer blocks.
+
+    needed  worst scaled Jacobian up to which it is smoothed
+    """
     try:
         trial = board.connect(np.where(members, 0, draft.division))
         if trial.blocks.count >= draft.blocks.count:
             return None
-        return board.smoothed(board.follow(trial, draft), _TRIAL_STAGES)
+        return board.smoothed(board.follow(trial, draft), _TRIAL_STAGES, needed)
     except LayoutError:
         return None
 
@@ -271,7 +182,7 @@ def _by_way_of(board, draft, goal, fine) -> Draft | None:
     count = np.sqrt(len(draft.quads.quad) * len(fine.quads.quad))
     size = float(np.sqrt(board.surface.face_area.sum() / count))
     try:
-        middle = _divided(board, draft, _Goal(size, int(count)))
+        middle = _divided(board, draft, Goal(size, int(count)))
     except LayoutError:
         return None
     if not len(draft.quads.quad) < len(middle.quads.quad) < len(fine.quads.quad):

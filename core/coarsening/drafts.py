@@ -14,6 +14,7 @@ import numpy as np
 from ..blocks.blocks import Blocks, find_blocks
 from ..cells.layout import Layout
 from ..errors import LayoutError
+from ..quads.cell_maps import squares_to_rectangles
 from ..quads.mapping import place_vertices
 from ..quads.placement import Placement
 from ..quads.quads import QuadLayout
@@ -31,6 +32,9 @@ from .transfer import transfer
 
 # Vertices for each kink on a loop from which on kinks find theirs before any smoothing.
 _ROOM_AT_ONCE = 8
+# Drafts that the first stage brings to less than this share of the needed worst scaled Jacobian
+# have not been seen to reach it.
+_HOPELESS = 0.7
 
 
 @dataclass(frozen=True)
@@ -64,15 +68,18 @@ class DraftBoard:
     """Makes drafts of one layout: the lengths given here say what its chords are.
 
     surface  TriangleSurface, cut along feature edges
+    square   (M, 2) float64, the cells on squares: `mapping.map_to_squares` of the layout, of its
+             charts where it is cut
     length   (A,) int64, verified lengths; all drafts are divisions of their chords
     kinks    Kinks at which placed drafts have a vertex as far as they can, or None
     """
 
     def __init__(
-        self, surface: TriangleSurface, layout: Layout, length, kinks: Kinks | None = None,
-        cancelled=None,
+        self, surface: TriangleSurface, layout: Layout, square, length,
+        kinks: Kinks | None = None, cancelled=None,
     ):
         self.surface, self.layout, self.cancelled = surface, layout, cancelled
+        self.square = square
         self.kinks = kinks
         self.chords = find_layout_chords(layout.complex, length)
         self.complex, self.own_chords = layout.complex, self.chords
@@ -101,21 +108,24 @@ class DraftBoard:
         blocks = find_blocks(quads.quad, quads.vertex_count, source, crease)
         return Draft(division, length, quads, sheets, None, blocks, -1.0)
 
-    def place(self, draft: Draft, stages=STAGES) -> Draft:
-        """A connected draft placed by the cells that it fills, and smoothed.
+    def place(self, draft: Draft, stages=STAGES, needed: float | None = None) -> Draft:
+        """A connected draft placed by the cells that it fills, and smoothed as by `smoothed`.
 
         Cells that have vanished leave the vertices of others unevenly spread: most kinks find theirs
         after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
         """
-        gluing = self.layout.gluing
+        gluing, cells = self.layout.gluing, self.layout.cell_mesh
         length = draft.length if gluing is None else draft.length[gluing.arc]
-        placement = place_vertices(
-            self.surface, self.complex, self.layout.cell_mesh, draft.layout, length
+        mapped = squares_to_rectangles(
+            self.complex, cells, self.square, draft.layout.cell_shape, length
         )
-        if self.kinks is None or not len(self.kinks.loop):
-            return self._smoothed(draft, placement, stages)
+        placement = place_vertices(
+            self.surface, self.complex, cells, draft.layout, length, mapped
+        )
         placement = self._snapped(draft, placement, _ROOM_AT_ONCE)
         even = self._smoothed(draft, placement, stages[:1])
+        if self.kinks is None or not len(self.kinks.loop) or _is_hopeless(even, needed):
+            return self._finished(even, stages[1:], needed)
         return self._smoothed(draft, self._snapped(draft, even.placement), stages[1:])
 
     def follow(self, draft: Draft, old: Draft) -> Draft:
@@ -126,8 +136,20 @@ class DraftBoard:
         )
         return replace(draft, placement=self._snapped(draft, placement))
 
-    def smoothed(self, draft: Draft, stages=STAGES) -> Draft:
-        """A placed draft smoothed."""
+    def smoothed(self, draft: Draft, stages=STAGES, needed: float | None = None) -> Draft:
+        """A placed draft smoothed.
+
+        needed  worst scaled Jacobian that is enough: further stages are left out once it is
+                reached, or once it is far out of reach
+        """
+        if needed is None:
+            return self._smoothed(draft, draft.placement, stages)
+        draft = self._smoothed(draft, draft.placement, stages[:1])
+        return self._finished(draft, stages[1:], needed)
+
+    def _finished(self, draft, stages, needed):
+        if _is_hopeless(draft, needed) or needed is not None and draft.worst >= needed:
+            return draft
         return self._smoothed(draft, draft.placement, stages)
 
     def _snapped(self, draft: Draft, placement: Placement, room=2) -> Placement:
@@ -176,6 +198,10 @@ class DraftBoard:
         """(count,) int64, chords with equal number run through the same row of blocks."""
         pairs = self.chords.quad_chords(draft.division)
         return rows_of_blocks(draft.quads, pairs, self.chords.count, draft.blocks)
+
+
+def _is_hopeless(draft, needed) -> bool:
+    return needed is not None and draft.worst < _HOPELESS * needed
 
 
 def source_vertices(quads: QuadLayout, sheets: SheetQuads | None) -> np.ndarray:

@@ -15,7 +15,8 @@ from ..errors import Cancelled, LayoutError
 from ..patience import Patience
 from ..quads.covering import quads_over_faces
 from ..quads.lengths import scale_to_count, solve_lengths
-from ..quads.mapping import map_cells, place_vertices
+from ..quads.cell_maps import map_cells
+from ..quads.mapping import place_vertices
 from ..quads.placement import Placement
 from ..quads.quad_mesh import QuadMesh
 from ..quads.quads import QuadLayout, verify_lengths

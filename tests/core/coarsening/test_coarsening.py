@@ -18,6 +18,7 @@ from core.field.distance import arrival_distance
 from core.field.propagation import propagate
 from core.field.relaxation import relax
 from core.filling.filling import fill_cells
+from core.quads.cell_maps import map_to_squares
 from core.quads.covering import quads_over_faces
 from core.quads.lengths import count_quads, solve_lengths
 from core.quads.quads import build_quads, verify_topology
@@ -189,7 +190,9 @@ def test_cancel():
 
 def test_rows_go_only_while_the_shape_is_kept():
     surface, layout = layout_of("holes")
-    board = DraftBoard(surface, layout, solve_lengths(layout.complex, layout.complex.arc_length * 12))
+    square = map_to_squares(layout.complex, layout.cell_mesh)
+    length = solve_lengths(layout.complex, layout.complex.arc_length * 12)
+    board = DraftBoard(surface, layout, square, length)
     division = np.ones(board.chords.count, np.int64)
     start = board.place(board.connect(division))
     end = remove_rows(board, start, 0.05, "balanced")
@@ -246,7 +249,16 @@ def test_thinning_out_keeps_small_divisions():
     chords = find_layout_chords(complex, np.ones(complex.arc_count, np.int64))
     division = np.full(chords.count, 20)
     division[0] = 1
-    result = thin_out(complex, chords, division, 200)
+    result = thin_out(complex, chords, division, 200, np.arange(chords.count))
     assert chords.count == 4 and result[0] == 1 and (result[1:] >= 2).all()
     count = count_quads(complex, chords.lengths(result, complex.arc_count))
     assert count <= 200 < count_quads(complex, chords.lengths(division, complex.arc_count))
+
+
+def test_rows_of_many_chords_are_thinned_as_one():
+    complex = from_rectangles([(0, 0, 9, 4)])
+    chords = find_layout_chords(complex, np.rint(complex.arc_length))
+    row = np.zeros(chords.count, np.int64)
+    row[chords.axis_chord[chords.axis_offset[1] :]] = 1
+    result = thin_out(complex, chords, np.ones(13, np.int64), 10, row)
+    assert result.max() == 1 and 6 <= np.bincount(row, result).prod() <= 10
