@@ -37,7 +37,7 @@ _PATIENCE = {"balanced": 4, "fewest": 12}
 # draft, gives way to the next finer one.
 _LEAST_FINE, _FINE_KEPT = 0.5, 0.75
 _TRIAL_STAGES = ((2, 0.5, 3, 2e-2), (6, 0.2, 2, 5e-3))
-_FINE_STAGES = ((2, 0.5, 2, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 3, 2e-3))
+_FINE_STAGES = ((2, 0.5, 2, 2e-2), (6, 0.2, 2, 5e-3), (12, 0.1, 2, 2e-3))
 # The boundary may stray by so many edge lengths from the quads, or divisions are added.
 _STRAYING = 0.18
 _MOST_REFINEMENTS, _MOST_MORE = 3, 1.05
@@ -110,15 +110,15 @@ def _well_shaped(starts, coarseness):
     return chosen
 
 
-def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft:
+def remove_rows(board: DraftBoard, start: Draft, size, coarseness: str) -> Draft:
     """Take out rows of blocks, the thinnest first, as long as the draft keeps its shape.
 
     size  wanted edge length of the quads: rows thinner than half of it go more easily
 
     Each removal leaves fewer blocks and a layout that has been verified. (method section 9)
     """
-    least = min(_LEAST[coarseness], _SHARE[coarseness] * draft.worst)
-    tried, failed = set(), 0
+    least = min(_LEAST[coarseness], _SHARE[coarseness] * start.worst)
+    draft, tried, failed = start, set(), 0
     while failed < _PATIENCE[coarseness]:
         alive = draft.division > 0
         row = board.rows(draft)
@@ -136,7 +136,7 @@ def remove_rows(board: DraftBoard, draft: Draft, size, coarseness: str) -> Draft
         if found is None:
             break
         draft, failed = (found, 0) if found.worst >= needed else (draft, failed + 1)
-    return draft
+    return draft if draft is start else board.smoothed(draft, _TRIAL_STAGES[1:])
 
 
 def _without(board, draft, members, needed) -> Draft | None:

@@ -109,7 +109,9 @@ class DraftBoard:
         return Draft(division, length, quads, sheets, None, blocks, -1.0)
 
     def place(self, draft: Draft, stages=STAGES, needed: float | None = None) -> Draft:
-        """A connected draft placed by the cells that it fills, and smoothed as by `smoothed`.
+        """A connected draft placed by the cells that it fills, and smoothed.
+
+        needed  worst scaled Jacobian: further stages are left out where it is far out of reach
 
         Cells that have vanished leave the vertices of others unevenly spread: most kinks find theirs
         after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
@@ -124,9 +126,12 @@ class DraftBoard:
         )
         placement = self._snapped(draft, placement, _ROOM_AT_ONCE)
         even = self._smoothed(draft, placement, stages[:1])
-        if self.kinks is None or not len(self.kinks.loop) or _is_hopeless(even, needed):
-            return self._finished(even, stages[1:], needed)
-        return self._smoothed(draft, self._snapped(draft, even.placement), stages[1:])
+        if _is_hopeless(even, needed):
+            return even
+        placement = even.placement
+        if self.kinks is not None and len(self.kinks.loop):
+            placement = self._snapped(draft, placement)
+        return self._smoothed(draft, placement, stages[1:])
 
     def follow(self, draft: Draft, old: Draft) -> Draft:
         """A connected draft placed by another one, not smoothed."""
@@ -145,12 +150,9 @@ class DraftBoard:
         if needed is None:
             return self._smoothed(draft, draft.placement, stages)
         draft = self._smoothed(draft, draft.placement, stages[:1])
-        return self._finished(draft, stages[1:], needed)
-
-    def _finished(self, draft, stages, needed):
-        if _is_hopeless(draft, needed) or needed is not None and draft.worst >= needed:
+        if _is_hopeless(draft, needed) or draft.worst >= needed:
             return draft
-        return self._smoothed(draft, draft.placement, stages)
+        return self._smoothed(draft, draft.placement, stages[1:])
 
     def _snapped(self, draft: Draft, placement: Placement, room=2) -> Placement:
         if self.kinks is None:

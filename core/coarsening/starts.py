@@ -26,7 +26,7 @@ from .kinks import Kinks
 # lengthened at a time, see `solve_coarse_lengths`. The second ones only where the first ones are
 # badly shaped.
 _SIZES = (
-    ((3, 0.08), (6, 0.08), (6, 0.33)),
+    ((3, 0.15), (6, 0.08), (6, 0.33)),
     ((35, 0.33), (130, 0.33), (550, 0.33)),
 )
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.

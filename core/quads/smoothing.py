@@ -29,7 +29,7 @@ from .quality import quad_normal, scaled_jacobian
 STAGES = ((2, 0.5, 6, 2e-2), (6, 0.2, 3, 5e-3), (12, 0.1, 4, 2e-3))
 _UNTANGLING_ROUNDS = 8  # more of a stage while quads are still inverted
 _ITERATIONS = 16
-_MOST_DENSE = 700  # inner vertices up to which diffusion is a dense matrix: quicker than cycles
+_MOST_DENSE = 400  # inner vertices up to which diffusion is a dense matrix: quicker than cycles
 _SPACING_WEIGHT = 1.5  # of even spacing along the boundary, per corner energy and power
 _MEAN_WEIGHT = 4.0  # of the mean against the worst scaled Jacobian when rounds are compared
 
