@@ -86,7 +86,9 @@ def open_foam(decomposition, patches: Patches, height=None) -> bytes:
     quads = decomposition.quads
     back = extrude(quads.points, quads.quads, height)
     planar = plane_normal(decomposition.whole) is not None
-    return block_mesh_dict(quads.points, back, decomposition.blocks, patches, planar)
+    return block_mesh_dict(
+        quads.points, back, quads.quads, decomposition.blocks, patches, planar
+    )
 
 
 def vtk(decomposition, patches: Patches, folder: str, height=None):

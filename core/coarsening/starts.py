@@ -24,11 +24,13 @@ from .kinks import Kinks
 
 # First layouts: quads as large as so many squares on the surface, and the share of arcs that are
 # lengthened at a time, see `solve_coarse_lengths`. The second ones only where the first ones are
-# badly shaped.
+# badly shaped. Of the first ones more than the least are tried on layouts of few arcs, where they
+# cost little: as long as all of them together have no more than so many.
 _SIZES = (
-    ((3, 0.15), (6, 0.08), (6, 0.33)),
+    ((3, 0.15), (6, 0.08), (6, 0.33), (12, 0.33), (3, 0.08), (20, 0.33)),
     ((35, 0.33), (130, 0.33), (550, 0.33)),
 )
+_LEAST_TRIED, _MOST_ARCS = 3, 500
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.
 _MOST_JUDGED = (1, 4)
 # Layouts whose numbers of blocks differ by less than this share are not both judged.
@@ -50,8 +52,9 @@ def first_drafts(
     """
     search = _Search(surface, layout, kinks, goal, cancelled)
     judged, found = [], []
+    tried = max(_LEAST_TRIED, _MOST_ARCS // max(layout.complex.arc_count, 1))
     for sizes, most in zip(_SIZES, _MOST_JUDGED):
-        search.connect(sizes)
+        search.connect(sizes[:tried])
         for _, count, board, draft in search.fewest_first():
             alike = any(abs(np.log(count / other)) < _ALIKE for other in judged)
             if alike or len(judged) == most:

@@ -1,8 +1,10 @@
 """OpenFOAM's blockMeshDict of a block layout, extruded by one cell along the normals.
 
-Hexahedron b has the corners of block b in front and their images behind; its cells lie in the cell
-zone block_0000 and so on. Curved edges are polyLines through the vertices of the quad mesh, graded
-so that blockMesh puts its points onto these. Inside a block blockMesh interpolates by itself.
+A hexahedron has the corners of a block in front and their images behind; its cells lie in the cell
+zone block_0000 and so on. blockMesh refuses blocks whose corners alone are inside out: these are cut
+in parts, all in the zone of their block. Curved edges are polyLines through the vertices of the quad
+mesh, graded so that blockMesh puts its points onto these. Inside a block or part blockMesh
+interpolates by itself.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from ..blocks.blocks import Blocks
 from ..blocks.chords import forward_sides
 from ..divisions.regridding import edge_chain
 from .boundary_patches import Patches
+from .plain_hexahedra import cut_to_plain_hexahedra
 
 _SAME_RATIO = 1e-9
 _UNIFORM = 1e-8
@@ -30,13 +33,37 @@ convertToMeters 1;
 """
 
 
-def block_mesh_dict(points, back, blocks: Blocks, patches: Patches, planar: bool) -> bytes:
+def block_mesh_dict(
+    points, back, quads, blocks: Blocks, patches: Patches, planar: bool
+) -> bytes:
     """The content of a blockMeshDict.
 
-    points  (P, 3) float64, the vertices of the quad mesh: the patch "front"
-    back    (P, 3) float64, the same moved along the normals: the patch "back"
-    planar  True makes front and back of type empty, for flow in the plane
+    points   (P, 3) float64, the vertices of the quad mesh: the patch "front"
+    back     (P, 3) float64, the same moved along the normals: the patch "back"
+    quads    (Q, 4) int64
+    patches  Patches of the edges of the blocks
+    planar   True makes front and back of type empty, for flow in the plane
     """
+    parts, owner = cut_to_plain_hexahedra(points, back, quads, blocks)
+    patch = _patches_of_parts(blocks, parts, patches.edge_patch, len(points))
+    return _content(points, back, parts, owner, Patches(patches.name, patch), planar)
+
+
+def _patches_of_parts(blocks: Blocks, parts: Blocks, edge_patch, count):
+    """(E',) int64, the patch of each edge of the parts, found by its first two vertices."""
+    first, second = blocks.edge_vertex[:-1], blocks.edge_vertex[1:]
+    key = np.minimum(first, second) * np.int64(count) + np.maximum(first, second)
+    whole = np.repeat(np.arange(len(edge_patch)), np.diff(blocks.edge_offset))[:-1]
+    key[blocks.edge_offset[1:-1] - 1] = -1  # from one chain to the next
+    order = np.argsort(key)
+    start = parts.edge_offset[:-1]
+    ends = np.sort(np.stack([parts.edge_vertex[start], parts.edge_vertex[start + 1]]), axis=0)
+    wanted = ends[0] * np.int64(count) + ends[1]
+    place = order[np.minimum(np.searchsorted(key[order], wanted), len(order) - 1)]
+    return np.where(key[place] == wanted, edge_patch[whole[place]], -1)
+
+
+def _content(points, back, blocks: Blocks, zone, patches: Patches, planar) -> bytes:
     vertex, number = np.unique(blocks.corner, return_inverse=True)
     corner = number.reshape(-1, 4)
     label = np.full(len(points), -1)
@@ -49,7 +76,7 @@ def block_mesh_dict(points, back, blocks: Blocks, patches: Patches, planar: bool
     forward = forward_sides(blocks)
     for block, (m, n) in enumerate(blocks.shape.tolist()):
         joined = " ".join(map(str, [*corner[block].tolist(), *behind[block].tolist()]))
-        lines.append(f"    hex ({joined}) block_{block:04d} ({m} {n} 1)")
+        lines.append(f"    hex ({joined}) block_{zone[block]:04d} ({m} {n} 1)")
         lines.append(f"    edgeGrading ({_grading(blocks, block, forward[block], gradings)})")
     lines += [");", "", "edges", "("]
     for sheet, shift in ((points, 0), (back, len(vertex))):

@@ -22,6 +22,7 @@ from core.files.boundary_patches import loop_patches, material_patches
 from core.files.extrusion import extrude, extrusion_height
 from core.files.mesh_files import read_mesh
 from core.files.obj_materials import parse_materials
+from core.files.plain_hexahedra import cut_to_plain_hexahedra
 from core.files.plot3d import FORMS, neutral_map, plot3d_grid
 from core.files.vtk_blocks import vtk_files
 from core.pipeline import decompose
@@ -206,23 +207,24 @@ def graded_fractions(grading, count):
 def test_block_mesh_dict(result):
     points, blocks, patches = result.quads.points, result.blocks, patches_of(result)
     back = extrude(points, result.quads.quads)
-    text = block_mesh_dict(points, back, blocks, patches, False).decode()
+    text = block_mesh_dict(points, back, result.quads.quads, blocks, patches, False).decode()
     vertices, found, lines, named = read_block_mesh_dict(text)
-    assert len(found) == blocks.count
+    parts, owner = cut_to_plain_hexahedra(points, back, result.quads.quads, blocks)
+    assert len(found) == parts.count and set(owner) == set(range(blocks.count))
     pairs = ((0, 1), (3, 2), (7, 6), (4, 5), (0, 3), (1, 2), (5, 6), (4, 7))
     corner_of = {tuple(p): k for sheet in (points, back) for k, p in enumerate(sheet)}
     known = {}
     for sheet in (points, back):
-        for edge in range(len(blocks.edge_offset) - 1):
-            curve = sheet[edge_chain(blocks, edge)]
+        for edge in range(len(parts.edge_offset) - 1):
+            curve = sheet[edge_chain(parts, edge)]
             known[tuple(curve[0]), tuple(curve[-1])] = curve
             known[tuple(curve[-1]), tuple(curve[0])] = curve[::-1]
     for number, (_, corners, zone, size, kind, grading) in enumerate(found):
         corners = [int(c) for c in corners]
-        assert zone == f"block_{number:04d}" and kind == "edgeGrading"
-        assert [int(s) for s in size] == [*blocks.shape[number], 1]
-        assert [corner_of[tuple(vertices[c])] for c in corners[:4]] == list(blocks.corner[number])
-        assert np.array_equal(vertices[corners[4:]], back[blocks.corner[number]])
+        assert zone == f"block_{owner[number]:04d}" and kind == "edgeGrading"
+        assert [int(s) for s in size] == [*parts.shape[number], 1]
+        assert [corner_of[tuple(vertices[c])] for c in corners[:4]] == list(parts.corner[number])
+        assert np.array_equal(vertices[corners[4:]], back[parts.corner[number]])
         for place, (a, b) in enumerate(pairs):
             ends = corners[a], corners[b]
             curve = known[tuple(vertices[ends[0]]), tuple(vertices[ends[1]])]
@@ -236,9 +238,15 @@ def test_block_mesh_dict(result):
             made = np.stack([np.interp(place_on, arc, polyline[:, c]) for c in range(3)], axis=1)
             assert np.abs(made - curve).max() < 1e-7
     assert list(named) == ["front", "back", *patches.name]
-    assert len(named["front"]) == len(named["back"]) == blocks.count
+    assert len(named["front"]) == len(named["back"]) == parts.count
     for number, name in enumerate(patches.name):
-        assert len(named[name]) == np.count_nonzero(patches.edge_patch == number)
+        chains = [edge_chain(blocks, e) for e in np.flatnonzero(patches.edge_patch == number)]
+        on_patch = {(tuple(points[v]), tuple(points[w])) for c in chains for v, w in zip(c, c[1:])}
+        reached = set()
+        for start, end, *_ in named[name].tolist():
+            curve = [tuple(p) for p in known[tuple(vertices[start]), tuple(vertices[end])]]
+            reached |= {*zip(curve, curve[1:])}
+        assert {frozenset(step) for step in reached} == {frozenset(step) for step in on_patch}
 
 
 openfoam = Path("/usr/share/openfoam/etc/bashrc")
@@ -252,7 +260,7 @@ def test_openfoam_makes_the_blocks(result, tmp_path):
     back = extrude(points, result.quads.quads)
     (tmp_path / "system").mkdir()
     (tmp_path / "constant").mkdir()
-    data = block_mesh_dict(points, back, blocks, patches, False)
+    data = block_mesh_dict(points, back, result.quads.quads, blocks, patches, False)
     (tmp_path / "system" / "blockMeshDict").write_bytes(data)
     (tmp_path / "system" / "controlDict").write_text(
         "FoamFile { version 2.0; format ascii; class dictionary; object controlDict; }\n"
