@@ -13,7 +13,9 @@ from ..algebra.linear import SparseMatrix, solve
 from ..cells.cells import CellComplex, CellMesh
 
 _WEIGHT_RANGE = (1e-3, 30.0)  # cut slivers give cotangents of any size
-_EXACT_ENOUGH = 1e-5  # relative residual: the vertices are smoothed afterwards
+# Relative residuals: vertices are smoothed afterwards. Squares are solved for only once, and what
+# is regular on them must come out as regular.
+_EXACT_ENOUGH, _SQUARES = 1e-5, 1e-7
 
 
 def map_cells(complex: CellComplex, cell_mesh: CellMesh, cell_shape, length):
@@ -24,7 +26,7 @@ def map_cells(complex: CellComplex, cell_mesh: CellMesh, cell_shape, length):
     """
     live = _live_triangles(cell_mesh, cell_shape)
     walls = _wall_places(complex, cell_mesh, cell_shape, length)
-    return _flattened(cell_mesh, live, walls), live
+    return _flattened(cell_mesh, live, walls, _EXACT_ENOUGH), live
 
 
 def map_to_squares(complex: CellComplex, cell_mesh: CellMesh) -> np.ndarray:
@@ -36,7 +38,7 @@ def map_to_squares(complex: CellComplex, cell_mesh: CellMesh) -> np.ndarray:
     side = np.add.reduceat(length[complex.side_halfarc // 2], complex.side_offset[:-1])
     share = length[complex.side_halfarc // 2] / np.maximum(side[complex.slot_side], 1e-300)
     walls = _on_outline(complex, cell_mesh, share, np.ones((complex.cell_count, 2)))
-    return _flattened(cell_mesh, np.arange(len(cell_mesh.triangle)), walls)
+    return _flattened(cell_mesh, np.arange(len(cell_mesh.triangle)), walls, _SQUARES)
 
 
 def squares_to_rectangles(complex: CellComplex, cell_mesh: CellMesh, square, cell_shape, length):
@@ -76,7 +78,7 @@ def _live_triangles(cell_mesh, cell_shape):
     return np.flatnonzero((cell_shape > 0).all(1)[cell_mesh.triangle_cell])
 
 
-def _flattened(cell_mesh, live, walls):
+def _flattened(cell_mesh, live, walls, tolerance):
     """(M, 2) float64: the points of some triangles, given those on the outlines of their cells."""
     place = np.zeros((len(cell_mesh.point), 2))
     place[cell_mesh.wall_point] = walls
@@ -85,7 +87,7 @@ def _flattened(cell_mesh, live, walls):
     inner[cell_mesh.wall_point] = False
     if inner.any():
         first, second, weight = _edge_weights(cell_mesh.point, cell_mesh.triangle[live])
-        place[inner] = _solve_inside(inner, place, first, second, weight)
+        place[inner] = _solve_inside(inner, place, first, second, weight, tolerance)
     return place
 
 
@@ -123,7 +125,7 @@ def _edge_weights(point, triangle):
     return edge // len(point), edge % len(point), np.clip(weight, *_WEIGHT_RANGE)
 
 
-def _solve_inside(inner, place, first, second, weight):
+def _solve_inside(inner, place, first, second, weight, tolerance):
     """(n, 2) float64, places of the inner points as weighted means of their neighbours."""
     number = np.cumsum(inner) - 1
     row = np.concatenate([first, second])
@@ -148,4 +150,4 @@ def _solve_inside(inner, place, first, second, weight):
         np.concatenate([-weight[linked], diagonal]),
         count,
     )
-    return solve(matrix, right_side, tolerance=_EXACT_ENOUGH)
+    return solve(matrix, right_side, tolerance=tolerance)
