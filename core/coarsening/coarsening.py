@@ -156,7 +156,7 @@ def _without(board, draft, members, needed) -> Draft | None:
 def _fine_draft(board: DraftBoard, draft: Draft, goal, untangle: bool) -> Draft | None:
     """The wanted quads of a draft's layout, None if they are not valid.
 
-    Where their shapes suffer, they are placed by way of a mesh between the two; where some are
+    Where their shapes suffer, they are placed by way of a mesh between the two; where some stay
     inverted only with `untangle`: it takes long and often does not help.
     """
     try:
@@ -164,11 +164,15 @@ def _fine_draft(board: DraftBoard, draft: Draft, goal, untangle: bool) -> Draft 
     except LayoutError:
         return None
     plain = _along_walls(board, board.follow(fine, draft), draft, goal)
-    fine = board.smoothed(plain, _FINE_STAGES)
+    fine = _mended_if_inverted(board, board.smoothed(plain, _FINE_STAGES))
     if fine.worst < _FINE_SHARE * draft.worst and (fine.worst > 0 or untangle):
         again = _by_way_of(board, draft, goal, plain)
         fine = again if again is not None and again.worst > fine.worst else fine
     return fine if fine.worst > 0 else None
+
+
+def _mended_if_inverted(board: DraftBoard, fine: Draft) -> Draft:
+    return board.mended(fine) if fine.worst <= 0 else fine
 
 
 def _divided(board, draft, goal) -> Draft:
@@ -188,7 +192,7 @@ def _by_way_of(board, draft, goal, fine) -> Draft | None:
     if not len(draft.quads.quad) < len(middle.quads.quad) < len(fine.quads.quad):
         return None
     middle = board.smoothed(board.follow(middle, draft), _TRIAL_STAGES)
-    return board.smoothed(board.follow(fine, middle), _FINE_STAGES)
+    return _mended_if_inverted(board, board.smoothed(board.follow(fine, middle), _FINE_STAGES))
 
 
 def _along_walls(board: DraftBoard, fine: Draft, draft: Draft, goal) -> Draft:

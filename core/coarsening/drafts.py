@@ -21,6 +21,7 @@ from ..quads.quads import QuadLayout
 from ..quads.quality import scaled_jacobian
 from ..quads.sheets import SheetQuads, build_sheets, crease_edges, synchronise
 from ..quads.smoothing import STAGES, smooth
+from ..quads.worst_quads import mend_worst_quads
 from ..surface.boundary import build_loops
 from ..surface.projection import surface_normal
 from ..surface.surface import TriangleSurface
@@ -34,7 +35,7 @@ from .transfer import transfer
 _ROOM_AT_ONCE = 8
 # Drafts that the first stage brings to less than this share of the needed worst scaled Jacobian
 # have not been seen to reach it.
-_HOPELESS = 0.7
+HOPELESS = 0.7
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,13 @@ class DraftBoard:
             return draft
         return self._smoothed(draft, draft.placement, stages[1:])
 
+    def mended(self, draft: Draft) -> Draft:
+        """A placed draft whose worst quads have been searched for better places."""
+        placement = mend_worst_quads(
+            self.surface, draft.placement, draft.layout.quad, self.cancelled
+        )
+        return self._judged(draft, placement)
+
     def _snapped(self, draft: Draft, placement: Placement, room=2) -> Placement:
         if self.kinks is None:
             return placement
@@ -168,8 +176,11 @@ class DraftBoard:
         quad = draft.layout.quad
         size = np.sqrt(self.surface.face_area.sum() / len(quad))
         placement = smooth(self.surface, placement, quad, size, self.cancelled, across, stages)
+        return self._judged(draft, placement)
+
+    def _judged(self, draft, placement):
         normal = surface_normal(self.surface, placement.face, placement.point)
-        worst = float(scaled_jacobian(placement.point, quad, normal).min())
+        worst = float(scaled_jacobian(placement.point, draft.layout.quad, normal).min())
         return replace(draft, placement=placement, worst=worst)
 
     def widths(self, draft: Draft) -> np.ndarray:
@@ -203,7 +214,7 @@ class DraftBoard:
 
 
 def _is_hopeless(draft, needed) -> bool:
-    return needed is not None and draft.worst < _HOPELESS * needed
+    return needed is not None and draft.worst < HOPELESS * needed
 
 
 def source_vertices(quads: QuadLayout, sheets: SheetQuads | None) -> np.ndarray:

@@ -7,7 +7,6 @@ tried. (method section 8)
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from operator import itemgetter
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from ..quads.lengths import count_quads
 from ..surface.surface import TriangleSurface
 from .coarse_divisions import arc_widths, thin_out
 from .coarse_lengths import solve_coarse_lengths
-from .drafts import Draft, DraftBoard
+from .drafts import HOPELESS, DraftBoard
 from .goal import Goal
 from .kinks import Kinks
 
@@ -32,8 +31,9 @@ _SIZES = (
 )
 _LEAST_TRIED, _MOST_ARCS = 3, 500
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.
-_MOST_JUDGED = (1, 4)
-# Layouts whose numbers of blocks differ by less than this share are not both judged.
+_MOST_JUDGED = (2, 5)
+# Layouts whose numbers of blocks differ by less than this share are both judged only where the
+# first one was hopeless.
 _ALIKE = 0.05
 # Quads of the drafts by which layouts are judged.
 _DRAFT_QUADS = 1000
@@ -51,29 +51,38 @@ def first_drafts(
     Those with the fewest blocks are judged first, and no more than a few. Raises Cancelled.
     """
     search = _Search(surface, layout, kinks, goal, cancelled)
-    judged, found = [], []
+    judged, found = {}, []
     tried = max(_LEAST_TRIED, _MOST_ARCS // max(layout.complex.arc_count, 1))
     for sizes, most in zip(_SIZES, _MOST_JUDGED):
         search.connect(sizes[:tried])
-        for _, count, board, draft in search.fewest_first():
-            alike = any(abs(np.log(count / other)) < _ALIKE for other in judged)
-            if alike or len(judged) == most:
+        for key, (board, draft) in sorted(search.connected.items()):
+            if len(judged) == most or _is_known(key, judged, good):
                 continue
-            judged.append(count)
             try:
-                found.append((board, board.place(draft, _STAGES, good)))
+                draft = board.place(draft, _STAGES, good)
             except LayoutError:
                 continue
-            if found[-1][1].worst >= good:
+            found.append((board, draft))
+            judged[key] = draft.worst
+            if draft.worst >= good:
                 return found
     return found
 
 
+def _is_known(key, judged, good) -> bool:
+    """Has a layout been judged, or one like it that was not out of shape at once?"""
+    return key in judged or any(
+        abs(np.log(key[1] / other[1])) < _ALIKE and worst >= HOPELESS * good
+        for other, worst in judged.items()
+    )
+
+
 @dataclass
 class _Search:
-    """Drafts found so far, not placed, by the number of blocks.
+    """Drafts found so far, not placed.
 
-    connected  dict of (can the number of quads not be met?, number of blocks, DraftBoard, Draft)
+    connected  dict of (can the number of quads not be met?, number of blocks, number of quads of the
+               draft): (DraftBoard, Draft); in the order in which they are worth judging
     """
 
     surface: TriangleSurface
@@ -88,24 +97,20 @@ class _Search:
         cells = self.layout.complex if gluing is None else gluing.complex
         self.square = map_to_squares(cells, self.layout.cell_mesh)
 
-    def fewest_first(self) -> list:
-        """Those that cannot meet the wanted number of quads come last."""
-        return sorted(self.connected.values(), key=itemgetter(0, 1))
-
     def connect(self, sizes):
         """Add the drafts of several sizes.
 
-        Of several with the same number of blocks the first one stays, with the shortest arcs.
+        Of several with equal numbers the first one stays, with the shortest arcs.
         """
         for squares, share in sizes:
             size = np.sqrt(self.surface.face_area.sum() / squares)
             if self.connected and size < self.goal.size:
                 break
             try:
-                found = self._draft(size, share)
+                key, found = self._draft(size, share)
             except LayoutError:
                 continue
-            self.connected.setdefault(found[1], found)
+            self.connected.setdefault(key, found)
 
     def _draft(self, size, share):
         """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
@@ -120,7 +125,7 @@ class _Search:
         lengths = chords.lengths(division, self.layout.complex.arc_count)
         met = self.goal.is_met(count_quads(self.layout.complex, lengths))
         draft = board.connect(_thin(board, division, row))
-        return not met, draft.blocks.count, board, draft
+        return (not met, draft.blocks.count, len(draft.quads.quad)), (board, draft)
 
 
 def _thin(board: DraftBoard, division, row):
