@@ -10,7 +10,7 @@ from ..blocks.blocks import find_blocks
 from ..cells.layout import Layout
 from ..coarsening.coarsening import coarsen
 from ..coarsening.drafts import Draft, source_vertices
-from ..coarsening.thin_blocks import thin_blocks
+from ..coarsening.thin_blocks import thin_as_traced, thin_rows
 from ..errors import Cancelled, LayoutError
 from ..patience import Patience
 from ..quads.covering import quads_over_faces
@@ -35,9 +35,6 @@ COARSE_SECONDS, COARSE_WAITED = 20.0, 45.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
 # Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
 LEAST_COARSE = 0.35
-# Why blocks are thin in coarse layouts, and where there was no good one.
-_APART = "the nodes there must stay apart"
-_AS_TRACED = "there the blocks are those of the lines as traced"
 _BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
 MOST_REFINEMENTS = 3
@@ -88,7 +85,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         return coarse
     if settings.coarseness == "direct":
         return direct
-    return _with_thin_blocks(surface, settings, direct, _AS_TRACED)
+    return _with_thin_blocks(surface, settings, direct, coarse=False)
 
 
 def _coarse_draft(surface, layout: Layout, settings, cancelled):
@@ -159,15 +156,18 @@ def _fill_coarsely(surface, layout: Layout, settings, draft: Draft, cancelled) -
     if draft.sheets is not None:
         placement = draft.sheets.joined(layout.gluing.charts, placement)
     filling = _collect(layout, draft.quads, draft.sheets, placement, face_quad, ())
-    return _with_thin_blocks(surface, settings, filling, _APART)
+    return _with_thin_blocks(surface, settings, filling, coarse=True)
 
 
-def _with_thin_blocks(surface, settings, filling: Filling, cause) -> Filling:
-    """The Filling with a sentence where blocks are thin."""
+def _with_thin_blocks(surface, settings, filling: Filling, coarse: bool) -> Filling:
+    """The Filling with a sentence where blocks are thin; coarse: blocks have been joined."""
     size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
     mesh = filling.quads
     blocks = find_blocks(mesh.quads, len(mesh.points), filling.source, mesh.crease)
-    told = thin_blocks(mesh.points, blocks, size, cause)
+    if coarse:
+        told = thin_rows(mesh, filling.placement.fixed, blocks, size)
+    else:
+        told = thin_as_traced(mesh, blocks, size)
     return replace(filling, warnings=(*filling.warnings, *told))
 
 
