@@ -21,7 +21,7 @@ from ..quads.quads import QuadLayout
 from ..quads.quality import scaled_jacobian
 from ..quads.sheets import SheetQuads, build_sheets, crease_edges, synchronise
 from ..quads.smoothing import STAGES, smooth
-from ..quads.worst_quads import mend_worst_quads
+from ..quads.worst_quads import STEEPNESSES, mend_worst_quads
 from ..surface.boundary import build_loops
 from ..surface.projection import surface_normal
 from ..surface.surface import TriangleSurface
@@ -34,8 +34,10 @@ from .transfer import transfer
 # Vertices for each kink on a loop from which on kinks find theirs before any smoothing.
 _ROOM_AT_ONCE = 8
 # Drafts that the first stage brings to less than this share of the needed worst scaled Jacobian
-# have not been seen to reach it.
-HOPELESS = 0.7
+# hardly ever reach it: where they were placed anew, and where they come from better ones.
+_HOPELESS, _SPOILT = 0.4, 0.7
+# Drafts that smoothing brings to this share of it are mended, as the wanted quads will be.
+WITHIN_REACH = 0.8
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,8 @@ class DraftBoard:
     def place(self, draft: Draft, stages=STAGES, needed: float | None = None) -> Draft:
         """A connected draft placed by the cells that it fills, and smoothed.
 
-        needed  worst scaled Jacobian: further stages are left out where it is far out of reach
+        needed  worst scaled Jacobian: further stages are left out where it is far out of reach, and
+                where it is nearly reached, the worst quads are mended
 
         Cells that have vanished leave the vertices of others unevenly spread: most kinks find theirs
         after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
@@ -127,12 +130,15 @@ class DraftBoard:
         )
         placement = self._snapped(draft, placement, _ROOM_AT_ONCE)
         even = self._smoothed(draft, placement, stages[:1])
-        if _is_hopeless(even, needed):
+        if needed is not None and even.worst < _HOPELESS * needed:
             return even
         placement = even.placement
         if self.kinks is not None and len(self.kinks.loop):
             placement = self._snapped(draft, placement)
-        return self._smoothed(draft, placement, stages[1:])
+        draft = self._smoothed(draft, placement, stages[1:])
+        if needed is not None and WITHIN_REACH * needed <= draft.worst < needed:
+            draft = self.mended(draft, STEEPNESSES[:1])
+        return draft
 
     def follow(self, draft: Draft, old: Draft) -> Draft:
         """A connected draft placed by another one, not smoothed."""
@@ -151,14 +157,15 @@ class DraftBoard:
         if needed is None:
             return self._smoothed(draft, draft.placement, stages)
         draft = self._smoothed(draft, draft.placement, stages[:1])
-        if _is_hopeless(draft, needed) or draft.worst >= needed:
+        if not _SPOILT * needed <= draft.worst < needed:
             return draft
         return self._smoothed(draft, draft.placement, stages[1:])
 
-    def mended(self, draft: Draft) -> Draft:
+    def mended(self, draft: Draft, steepnesses=STEEPNESSES) -> Draft:
         """A placed draft whose worst quads have been searched for better places."""
         placement = mend_worst_quads(
-            self.surface, draft.placement, draft.layout.quad, self.cancelled
+            self.surface, draft.placement, draft.layout.quad, self.cancelled,
+            steepnesses=steepnesses,
         )
         return self._judged(draft, placement)
 
@@ -211,10 +218,6 @@ class DraftBoard:
         """(count,) int64, chords with equal number run through the same row of blocks."""
         pairs = self.chords.quad_chords(draft.division)
         return rows_of_blocks(draft.quads, pairs, self.chords.count, draft.blocks)
-
-
-def _is_hopeless(draft, needed) -> bool:
-    return needed is not None and draft.worst < HOPELESS * needed
 
 
 def source_vertices(quads: QuadLayout, sheets: SheetQuads | None) -> np.ndarray:

@@ -17,7 +17,7 @@ from ..quads.lengths import count_quads
 from ..surface.surface import TriangleSurface
 from .coarse_divisions import arc_widths, thin_out
 from .coarse_lengths import solve_coarse_lengths
-from .drafts import HOPELESS, DraftBoard
+from .drafts import WITHIN_REACH, DraftBoard
 from .goal import Goal
 from .kinks import Kinks
 
@@ -33,7 +33,7 @@ _LEAST_TRIED, _MOST_ARCS = 3, 500
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.
 _MOST_JUDGED = (2, 5)
 # Layouts whose numbers of blocks differ by less than this share are both judged only where the
-# first one was hopeless.
+# first one was far out of shape.
 _ALIKE = 0.05
 # Quads of the drafts by which layouts are judged.
 _DRAFT_QUADS = 1000
@@ -56,8 +56,9 @@ def first_drafts(
     for sizes, most in zip(_SIZES, _MOST_JUDGED):
         search.connect(sizes[:tried])
         for key, (board, draft) in sorted(search.connected.items()):
-            if len(judged) == most or _is_known(key, judged, good):
+            if len(judged) == most or _is_known(key, judged, WITHIN_REACH * good):
                 continue
+            judged[key] = -1.0
             try:
                 draft = board.place(draft, _STAGES, good)
             except LayoutError:
@@ -69,10 +70,10 @@ def first_drafts(
     return found
 
 
-def _is_known(key, judged, good) -> bool:
-    """Has a layout been judged, or one like it that was not out of shape at once?"""
+def _is_known(key, judged, shaped) -> bool:
+    """Has a layout been judged, or one like it that was at least about so well shaped?"""
     return key in judged or any(
-        abs(np.log(key[1] / other[1])) < _ALIKE and worst >= HOPELESS * good
+        abs(np.log(key[1] / other[1])) < _ALIKE and worst >= shaped
         for other, worst in judged.items()
     )
 

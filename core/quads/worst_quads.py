@@ -27,13 +27,13 @@ _MOST_QUADS, _ROUNDS, _PATIENCE, _LEAST_PROGRESS = 200, 100, 8, 0.01
 _DIRECTIONS, _DISTANCES = 12, (0.5, 0.25, 0.1, 0.04)
 # A quad costs exp(-steepness * scaled Jacobian) + _UNEVENNESS * log(ratio of opposite edges)^2; one
 # steepness after the other, each from the best that there is.
-_STEEPNESSES, _UNEVENNESS = (5.0, 8.0, 3.0), 0.02
+STEEPNESSES, _UNEVENNESS = (5.0, 8.0, 3.0), 0.02
 _LEAST_GAIN = 1e-4
 
 
 def mend_worst_quads(
     surface: TriangleSurface, placement: Placement, quad, cancelled=None,
-    along_edges=False, good_enough=GOOD_ENOUGH,
+    along_edges=False, good_enough=GOOD_ENOUGH, steepnesses=STEEPNESSES,
 ) -> Placement:
     """Move inner vertices near the worst quads of a mesh, so that these become better.
 
@@ -41,12 +41,13 @@ def mend_worst_quads(
     along_edges  whether vertices move along their edges only, as suits long and thin quads, instead
                  of in all directions
     good_enough  scaled Jacobian, quads worse than this are searched
+    steepnesses  how much more the worst quads count than others, one search for each
 
     Fixed vertices and those on the boundary stay. Returns the placement whose worst quads are the best; never worse
     than the given one. Raises Cancelled.
     """
     search = _Search(surface, np.asarray(quad, np.int64), along_edges, good_enough, cancelled)
-    for steepness in _STEEPNESSES:
+    for steepness in steepnesses:
         placement, score = _best_of_rounds(search, placement, steepness)
         if score >= good_enough:
             break
