@@ -29,7 +29,7 @@ _SIZES = (
     ((3, 0.15), (6, 0.08), (6, 0.33), (12, 0.33), (3, 0.08), (20, 0.33)),
     ((35, 0.33), (130, 0.33), (550, 0.33)),
 )
-_LEAST_TRIED, _MOST_ARCS = 3, 500
+_LEAST_TRIED, _MOST_ARCS = 3, 400
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.
 _MOST_JUDGED = (2, 5)
 # Layouts whose numbers of blocks differ by less than this share are both judged only where the
