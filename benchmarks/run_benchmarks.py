@@ -101,7 +101,7 @@ def distance_to(points, starts, ends):
         away = points[chunk, None] - starts
         share = np.clip((away * along).sum(2) / square, 0, 1)
         off = away - share[..., None] * along
-        nearest[chunk] = np.sqrt((off**2).sum(2)).min(1)
+        nearest[chunk] = np.sqrt((off**2).sum(2)).min(1, initial=np.inf)
     return nearest
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..blocks.blocks import find_blocks
+from ..blocks.blocks import Blocks, find_blocks
 from ..cells.layout import Layout
 from ..coarsening.coarsening import coarsen
 from ..coarsening.drafts import Draft, source_vertices
@@ -33,8 +33,9 @@ LEAST_FACTOR = 0.7
 # CPU seconds, and seconds of the clock, that a coarse layout may take before the cells are filled as they are.
 COARSE_SECONDS, COARSE_WAITED = 20.0, 45.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
-# Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse.
-LEAST_COARSE = 0.35
+# Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse,
+# or down to the second where it has so many times as many blocks: there it is no layout at all.
+LEAST_COARSE, LEAST_WITHOUT_CHOICE, MANY_TIMES = 0.35, 0.2, 10
 _BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
 MOST_REFINEMENTS = 3
@@ -81,7 +82,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         if coarse is None:
             raise
         return coarse
-    if coarse is not None and _worst(coarse) >= _worst(direct):
+    if coarse is not None and _is_preferred(coarse, direct):
         return coarse
     if settings.coarseness == "direct":
         return direct
@@ -101,6 +102,19 @@ def _coarse_draft(surface, layout: Layout, settings, cancelled):
 
 def _worst(filling: Filling) -> float:
     return float(filling.quads.scaled_jacobian.min())
+
+
+def _is_preferred(coarse: Filling, direct: Filling) -> bool:
+    """Is a coarse layout of bad shape taken all the same?"""
+    if _worst(coarse) >= _worst(direct):
+        return True
+    few, many = _blocks(coarse).count, _blocks(direct).count
+    return _worst(coarse) >= LEAST_WITHOUT_CHOICE and MANY_TIMES * few <= many
+
+
+def _blocks(filling: Filling) -> Blocks:
+    mesh = filling.quads
+    return find_blocks(mesh.quads, len(mesh.points), filling.source, mesh.crease)
 
 
 def _fill_directly(surface, layout: Layout, settings, cancelled) -> Filling:
@@ -162,8 +176,7 @@ def _fill_coarsely(surface, layout: Layout, settings, draft: Draft, cancelled) -
 def _with_thin_blocks(surface, settings, filling: Filling, coarse: bool) -> Filling:
     """The Filling with a sentence where blocks are thin; coarse: blocks have been joined."""
     size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
-    mesh = filling.quads
-    blocks = find_blocks(mesh.quads, len(mesh.points), filling.source, mesh.crease)
+    mesh, blocks = filling.quads, _blocks(filling)
     if coarse:
         told = thin_rows(mesh, filling.placement.fixed, blocks, size)
     else:

@@ -50,6 +50,18 @@ def test_a_coarse_layout_in_bad_shape_gives_way(traced, monkeypatch):
     assert result.scaled_jacobian.min() >= direct.scaled_jacobian.min() - 1e-12
 
 
+@pytest.mark.parametrize("times, stays", [(1.0, True), (1e9, False)])
+def test_it_stays_where_the_direct_one_has_many_times_as_many_blocks(traced, monkeypatch, times, stays):
+    coarse = fill_cells(*traced, replace(DIRECT, coarseness="balanced"))
+    worse = coarse.quads.scaled_jacobian.min() - 0.1
+    monkeypatch.setattr(filling, "LEAST_COARSE", 1.1)
+    monkeypatch.setattr(filling, "MANY_TIMES", times)
+    monkeypatch.setattr(filling, "_worst", lambda found: worse if found.warnings == () else 1.0)
+    result = fill_cells(*traced, replace(DIRECT, coarseness="balanced"))
+    assert np.array_equal(result.quads.quads, coarse.quads.quads) == stays
+    assert any("bad shapes" in str(told) for told in result.warnings) != stays
+
+
 def test_cells_with_folded_quads_get_more_of_them(traced, monkeypatch):
     """The worst quad is said to be inverted at first: its cell, and what it drags along, grow."""
     collect, cells = filling._collect, []
