@@ -73,7 +73,11 @@ def redivide(
     wish, wanted = _wishes(decomposition, chords, length, edge_length, quad_count)
     count = choose_counts(blocks, chords, wish, locked, least, wanted)
     _demand_moderate(blocks, chords, count)
-    wanted = _Wanted(chords, count, locked, grading, _crease(decomposition))
+    regular = count
+    if grading is not None and locked.any():
+        free = choose_counts(blocks, chords, wish, np.zeros_like(locked), least, wanted)
+        regular = np.where(locked, np.minimum(free, locked), count)
+    wanted = _Wanted(chords, count, regular, locked, grading, _crease(decomposition))
     fresh = _divide(decomposition, wanted)
     quads = _quad_mesh(surface, fresh, _on_crease(blocks, decomposition.quads.crease))
     notes = []
@@ -96,10 +100,12 @@ def _still_true(decomposition: Decomposition) -> list:
 
 @dataclass(frozen=True)
 class _Wanted:
-    """Divisions (chords,) before grading, locked ones (chords,), 0 where free, grading, creases."""
+    """Divisions (chords,) before grading, those that give the regular spacing (without locks), locked
+    ones, 0 where free; grading, creases."""
 
     chords: Chords
     count: np.ndarray
+    regular: np.ndarray
     locked: np.ndarray
     grading: Grading | None
     crease: Crease | None
@@ -154,7 +160,7 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         spacing = space_edges(
             given.blocks, wanted.chords, given.placement.point,
             edge_loops(given.blocks, given.placement.loop), arcs,
-            wanted.count, wanted.locked, wanted.grading, measured, count,
+            wanted.regular, wanted.locked, wanted.grading, measured, count,
         )
         division = _division(
             given, wanted, arcs, spacing.count, spacing.fraction, spacing.leads, ~spacing.faded, bends

@@ -86,7 +86,7 @@ def space_edges(
     points       (P, 3) float64, vertices of the quad mesh
     edge_loop    (E,) int64, boundary loop of each edge or -1
     edge_arc     list of E: (m + 1,) float64, arc length at the vertices of each edge
-    count        (chords,) int64, divisions without grading; they give the regular spacing
+    count        (chords,) int64, divisions without grading and locks; they give the regular spacing
     locked       (chords,) int64, locked divisions, 0 where free
     measured     first cells of lines by `measured_heights` of an earlier try, or None
     least        (chords,) int64 or 0, fewest divisions
@@ -96,15 +96,20 @@ def space_edges(
     """
     wall_side = _wall_sides(blocks, edge_loop, grading)
     edge_length = np.array([arc[-1] for arc in edge_arc])
-    regular = edge_length / count[chords.edge_chord]
+    regular, limit = edge_length / count[chords.edge_chord], locked[chords.edge_chord]
     first, shrink, stretch = _first_heights(
         blocks, points, wall_side, edge_length, grading, measured
     )
-    _refuse_too_high(first.min(1), regular, grading)
+    even = np.where(limit, edge_length / np.maximum(limit, 1), regular)
+    _refuse_too_high(first.min(1), even, limit, grading)
     layout = _Layout(blocks, chords, forward_sides(blocks), _sides_across(blocks), wall_side)
-    start = np.maximum(count, least)
+    start = np.where(locked, locked, np.maximum(count, least))
     for _ in range(_MOST_WIDENINGS):
         count, reached = _settle(layout, edge_length, stretch, first, regular, start, locked, grading)
+        if measured is None:
+            _refuse_locked(chords, locked, count, grading)
+        # Once the rule is met, cells of locked lines grow a little faster where they must.
+        count = np.where(locked, locked, count)
         tight = _without_room(chords, count, first, edge_length * shrink) & (locked == 0)
         if not tight.any():
             break
@@ -133,8 +138,15 @@ class _Layout:
 
 
 def _settle(layout: _Layout, length, stretch, first, regular, count, locked, grading):
-    """Divisions (chords,) that suffice everywhere, and the first cells (E, 2) that come of them."""
+    """Divisions (chords,) that suffice everywhere, and the first cells (E, 2) that come of them.
+
+    count   (chords,) int64, divisions to begin with; more where they do not suffice
+    locked  (chords,) int64, locked divisions, 0 where free
+    """
     edge_chord = layout.chords.edge_chord
+    # Locked cells grow as far as it takes them to fill their line, beyond the regular ones too.
+    limit = locked[edge_chord]
+    longest = np.where(limit > 0, np.maximum(regular, length * stretch), regular)
     for _ in range(_MOST_ROUNDS):
         reached = _continue_behind(
             layout, length, np.maximum(count, 1)[edge_chord], first, regular, grading.growth
@@ -142,9 +154,8 @@ def _settle(layout: _Layout, length, stretch, first, regular, count, locked, gra
         graded = np.flatnonzero(np.isfinite(reached).any(1))
         needed = np.zeros(len(length), np.int64)
         needed[graded] = cells_needed(
-            (length * stretch)[graded], *reached[graded].T, grading.growth, regular[graded]
+            (length * stretch)[graded], *reached[graded].T, grading.growth, longest[graded]
         )
-        _refuse_locked(layout.chords, locked, needed, grading)
         before, count = count, count.copy()
         np.maximum.at(count, edge_chord, needed)
         if np.array_equal(before, count):
@@ -256,15 +267,25 @@ def turned_grid(blocks: Blocks, block, side) -> np.ndarray:
     return np.rot90(vertex.reshape(n + 1, m + 1), side)
 
 
-def _refuse_too_high(first, regular, grading):
+def _refuse_too_high(first, regular, limit, grading):
+    """Refuse first cells (E,) above the regular ones, all (E,); limit: locked divisions or 0."""
     if not np.isfinite(first).any():
         raise SettingsError("No block edge leaves the chosen walls; choose other boundary loops.")
-    edge = np.argmax(np.where(np.isfinite(first), first / regular, 0.0))
-    if first[edge] > regular[edge]:
+    excess = np.where(np.isfinite(first), first / regular, 0.0)
+    edge = np.argmax(excess)
+    if excess[edge] <= 1:
+        return
+    if limit[edge]:
+        room = max(1, int(limit[edge] / excess[edge]))
         raise SettingsError(
-            f"The first height {grading.first_height:g} is above the regular spacing"
-            f" {regular[edge]:.3g} of block edge {edge}; give a smaller one or larger quads."
+            f"The chord of block edge {edge} is locked to {limit[edge]} divisions, but a first height"
+            f" of {grading.first_height:g} leaves room for {room}; lock it to fewer or change the"
+            " grading."
         )
+    raise SettingsError(
+        f"The first height {grading.first_height:g} is above the regular spacing"
+        f" {regular[edge]:.3g} of block edge {edge}; give a smaller one or larger quads."
+    )
 
 
 def _sides_across(blocks):
@@ -347,14 +368,15 @@ def _faded_ends(blocks, chords, length, reached, regular):
     return np.where(turned, result[:, ::-1], result)
 
 
-def _refuse_locked(chords, locked, needed, grading):
-    limit = locked[chords.edge_chord]
-    short = np.flatnonzero((limit > 0) & (needed > limit))
+def _refuse_locked(chords, locked, count, grading):
+    """Refuse locks below the divisions (chords,) that a grading needs."""
+    short = np.flatnonzero((locked > 0) & (count > locked))
     if len(short):
-        edge = short[np.argmax(needed[short])]
+        chord = short[np.argmax(count[short] - locked[short])]
+        edge = int(np.flatnonzero(chords.edge_chord == chord)[0])
         raise SettingsError(
-            f"Block edge {edge} is locked to {limit[edge]} divisions, but a first height of"
-            f" {grading.first_height:g} with growth {grading.growth:g} needs {needed[edge]};"
+            f"The chord of block edge {edge} is locked to {locked[chord]} divisions, but a first height of"
+            f" {grading.first_height:g} with growth {grading.growth:g} needs {count[chord]};"
             " lock it to more or change the grading."
         )
 

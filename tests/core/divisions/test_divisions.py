@@ -1,5 +1,6 @@
 """Dividing blocks anew: locks, sizes, grading; what every new grid must satisfy."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -260,8 +261,45 @@ def test_gradings_that_cannot_be_are_refused(results):
     blocks, edge_loop = before.blocks, edge_loops(before.blocks, before.placement.loop)
     block, side = np.argwhere(edge_loop[blocks.block_edge] == 0)[0]
     leaving = int(blocks.block_edge[block, (side + 1) % 4])
-    with pytest.raises(SettingsError, match=f"locked to {divisions(blocks)[leaving]} divisions"):
-        redivide(before, {leaving: divisions(blocks)[leaving]}, Grading(1e-4, 1.2))
+    with pytest.raises(SettingsError, match="locked to 5 divisions"):
+        redivide(before, {leaving: 5}, Grading(1e-4, 1.2))
+
+
+def edges_off_walls(blocks, edge_loop):
+    """The first edge of each chord of those that leave a wall."""
+    block, side = np.nonzero(edge_loop[blocks.block_edge] >= 0)
+    edge = np.unique(blocks.block_edge[block, (side + 1) % 4])
+    return edge[np.unique(find_chords(blocks).edge_chord[edge], return_index=True)[1]]
+
+
+@pytest.mark.parametrize("name", ["annulus", "disc", "holes"])
+def test_locks_on_lines_from_graded_walls_are_met_or_the_refusal_says_what_would_be(results, name):
+    before, grading = results(name), Grading(2e-3, 1.25)
+    natural = divisions(redivide(before, grading=grading).blocks)
+    walls = edge_loops(before.blocks, before.placement.loop)
+    for edge in edges_off_walls(before.blocks, walls)[:3]:
+        for count in (natural[edge] + 4, natural[edge], natural[edge] // 3):
+            try:
+                after = redivide(before, {edge: count}, grading)
+            except SettingsError as error:
+                assert count < natural[edge]
+                advised = int(re.search(r"needs (\d+)", str(error))[1])
+                assert count < advised <= natural[edge]
+                after = redivide(before, {edge: advised}, grading)
+                count = advised
+            assert divisions(after.blocks)[edge] == count
+            demand_valid(before, after)
+            assert np.abs(first_heights(after, range(before.whole.loop_count)) / 2e-3 - 1).max() < 0.05
+
+
+def test_locks_with_too_many_cells_for_a_first_height_are_refused(results):
+    before = results("annulus")
+    edge = int(edges_off_walls(before.blocks, edge_loops(before.blocks, before.placement.loop))[0])
+    with pytest.raises(SettingsError, match="leaves room for") as refusal:
+        redivide(before, {edge: 400}, Grading(1e-2))
+    room = int(re.search(r"room for (\d+)", str(refusal.value))[1])
+    after = redivide(before, {edge: room}, Grading(1e-2))
+    assert divisions(after.blocks)[edge] == room
 
 
 def test_a_closed_surface_has_no_walls():
