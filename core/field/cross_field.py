@@ -68,9 +68,33 @@ def build_cross_field(
     rotation[border], wall[border] = _boundary_rotations(surface, angle, constraints)
     at_tail = angle[surface.tail] - surface.polar_angle
     at_head = angle[surface.head] - surface.reverse_angle - np.pi
-    turn = np.rint((at_head - at_tail - rotation) / QUARTER).astype(np.int64)
     total = rotation.reshape(-1, 3).sum(1) + surface.face_curvature
-    return CrossField(angle, rotation, turn, np.rint(total / QUARTER).astype(np.int64), wall)
+    index = np.rint(total / QUARTER).astype(np.int64)
+    _share_out_sharp_indices(surface, rotation, index)
+    turn = np.rint((at_head - at_tail - rotation) / QUARTER).astype(np.int64)
+    return CrossField(angle, rotation, turn, index, wall)
+
+
+def _share_out_sharp_indices(surface: TriangleSurface, rotation, index):
+    """Two singularities in place of one round which only two quads or fewer would meet; in place.
+
+    At pointed tips the index is 2 or more, but no quad mesh has inner vertices of fewer than three
+    quads. A quarter turn more along one edge of the triangle hands an index of 1 to the triangle
+    beside it. The edge is the one along which the cross turns the least then.
+    """
+    for face in np.flatnonzero(index >= 2).tolist():
+        while index[face] >= 2:
+            halfedge = 3 * face + np.arange(3)
+            twin = surface.twin[halfedge]
+            taken = (twin < 0) | (index[twin // 3] > 0)
+            if taken.all():
+                break
+            chosen = np.argmax(np.where(taken, -np.inf, rotation[halfedge]))
+            edge, other = halfedge[chosen], twin[chosen]
+            rotation[edge] -= QUARTER
+            rotation[other] += QUARTER
+            index[face] -= 1
+            index[other // 3] += 1
 
 
 def edge_rotations(surface: TriangleSurface, angle: np.ndarray) -> np.ndarray:

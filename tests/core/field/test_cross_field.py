@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.field.constraints import boundary_constraints
-from core.field.cross_field import build_cross_field, wrap
+from core.field.cross_field import build_cross_field, edge_rotations, wrap
 from core.surface.surface import build_surface
 from tests.core.surfaces import annulus, crumpled, disc, lshape, octant, plate, sphere, torus
 
@@ -47,6 +47,24 @@ def test_matching_is_consistent(name, seed):
     assert np.allclose(at_head - at_tail, field.rotation + field.turn * np.pi / 2, atol=1e-11)
     total = field.rotation.reshape(-1, 3).sum(1) + surface.face_curvature
     assert np.allclose(total, field.index * np.pi / 2, atol=1e-11)
+
+
+def test_a_singularity_of_two_quads_becomes_two_of_three():
+    """So few triangles, each so curved, that crosses of pure noise turn half round some of them."""
+    spike = sphere(2)
+    spike = build_surface(spike.points * (1, 1, 9), spike.triangles)
+    sharp = 0
+    for seed in range(40):
+        field, _ = random_field(spike, seed)
+        plain = edge_rotations(spike, field.angle).reshape(-1, 3).sum(1) + spike.face_curvature
+        plain = np.rint(plain / (np.pi / 2)).astype(int)
+        sharp += (plain >= 2).sum()
+        assert field.index.max() <= 1 and field.index.sum() == plain.sum() == 8
+        assert np.abs(field.index - plain).sum() == 2 * np.maximum(plain - 1, 0).sum()
+        assert np.array_equal(field.rotation, -field.rotation[spike.twin])
+        total = field.rotation.reshape(-1, 3).sum(1) + spike.face_curvature
+        assert np.allclose(total, field.index * np.pi / 2, atol=1e-11)
+    assert sharp > 0
 
 
 def test_ties_do_not_break_antisymmetry():
