@@ -12,6 +12,7 @@ from .blocks.interfaces import interfaces
 from .blocks.t_layout import TLayout, build_t_layout, conforming_edges
 from .cells.cells import CellComplex
 from .cleaning.cleaning import CleanMesh
+from .coarsening.thin_blocks import find_thin_rows
 from .features.charts import Charts
 from .field.cross_field import CrossField
 from .field.singularities import Singularities
@@ -129,10 +130,13 @@ class Decomposition:
     def _block_report(self) -> dict:
         # An unfit layout raises before this point: what is handed out is what it says.
         if self.t_edges is None:
-            return {"count": self.blocks.count, "conforming": True}
+            return {
+                "count": self.blocks.count, "conforming": True, "thin_rows": self._thin_rows()
+            }
         return {
             "count": self.layout.count,
             "conforming": False,
+            "thin_rows": self._thin_rows(),
             "conforming_count": self.blocks.count,
             "divisions": self.layout.shape.tolist(),
             "t_junctions": self.layout.junction_count,
@@ -144,6 +148,22 @@ class Decomposition:
                 )
             ],
         }
+
+    def _thin_rows(self) -> list:
+        """Rows of conforming blocks with edges below half the wanted length, and what keeps them."""
+        size = self.settings.edge_length
+        if size is None:
+            size = np.sqrt(self.whole.face_area.sum() / self.settings.quad_count)
+        rows = find_thin_rows(self.quads, self.placement.fixed, self.blocks, size)
+        return [
+            {
+                "edges": row.edges.tolist(),
+                "gap": row.gap,
+                "between": self.quads.points[row.ends].tolist(),
+                "kept_by": None if row.names is None else list(row.names),
+            }
+            for row in rows
+        ]
 
     def sentence(self) -> str:
         """The result in words, for a panel or a terminal."""

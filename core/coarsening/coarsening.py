@@ -23,7 +23,7 @@ from .thin_blocks import THIN
 # The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
 # of the best one of all those tried.
 _GOOD_START = 0.6
-_NEARLY = {"balanced": 0.95, "fewest": 0.6}
+_NEARLY = 0.95
 # The next start is better shaped by so much; hardly more blocks are up to so many times as many.
 _BETTER, _HARDLY_MORE = 0.05, 1.08
 # Without any first layout as well shaped as this the direct layout is taken.
@@ -57,46 +57,61 @@ def coarsen(
     goal = Goal.of(settings, surface.face_area.sum())
     layout, kinks = without_kinks(layout)
     starts = first_drafts(surface, layout, kinks, goal, _GOOD_START, cancelled)
-    best = _coarsest(starts, goal, "balanced")
-    if best is not None and settings.coarseness == "fewest":
-        most = best[2].blocks.count - 1
-        best = _coarsest([*starts, best[:2]], goal, "fewest", most) or best
-    return None if best is None else best[2]
-
-
-def _coarsest(starts, goal, coarseness, most=None):
-    """The layout of few blocks whose wanted quads are well shaped, and how it is reached.
-
-    (DraftBoard, its last Draft, Draft of the wanted quads), or None if none has valid quads, and no
-    more than `most` blocks. Where shapes suffer, the next better shaped start is tried.
-    """
     best, best_so_far, least = None, None, 0.0
-    ladder = _well_shaped(starts, coarseness)
+    ladder = _well_shaped(starts)
     for rung, (board, start) in enumerate(ladder):
+        # Where shapes suffer, the next start that is better shaped is tried.
         if best is not None and start.worst < least:
             continue
-        draft = remove_rows(board, start, goal.size, coarseness)
-        if most is not None and draft.blocks.count > most:
-            continue
-        fine = _fine_draft(board, draft, goal, untangle=rung == len(ladder) - 1)
+        drafts = _with_fewer_blocks(board, start, goal.size, settings.coarseness)
+        fine, in_shape = _fine_draft_of(board, drafts, goal, untangle=rung == len(ladder) - 1)
         if fine is None:
             continue
         met = goal.is_met(len(fine.quads.quad))
         if best is None or (met, fine.worst) > best_so_far:
-            best, best_so_far = (board, draft, fine), (met, fine.worst)
+            best, best_so_far = fine, (met, fine.worst)
             least = start.worst + _BETTER if met else 0.0
-        if met and best[2].worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
+        if met and in_shape:
             break
     return best
 
 
-def _well_shaped(starts, coarseness):
+def _with_fewer_blocks(board: DraftBoard, start: Draft, size, coarseness) -> list:
+    """Drafts to make the wanted quads of, those with the fewest blocks first.
+
+    The fewest blocks are found by going on from the balanced ones.
+    """
+    tried = {}
+    draft = remove_rows(board, start, size, "balanced", tried)
+    if coarseness == "balanced":
+        return [draft]
+    fewer = remove_rows(board, draft, size, coarseness, tried)
+    return [draft] if fewer is draft else [fewer, draft]
+
+
+def _fine_draft_of(board, drafts, goal, untangle):
+    """The wanted quads of the first draft whose shape they keep, and whether one does: (Draft, bool).
+
+    Without one those of the best shape; None without any that are valid.
+    """
+    found = []
+    for draft in drafts:
+        fine = _fine_draft(board, draft, goal, untangle)
+        if fine is None:
+            continue
+        found.append(fine)
+        if fine.worst >= min(_LEAST_FINE, _FINE_KEPT * draft.worst):
+            return fine, True
+    return max(found, key=lambda fine: fine.worst, default=None), False
+
+
+def _well_shaped(starts):
     """Starts of good shape, the fewest blocks first.
 
     One that is better shaped at hardly more blocks takes the place of the one before.
     """
     best = max((draft.worst for _, draft in starts), default=0.0)
-    least = max(min(_GOOD_START, _NEARLY[coarseness] * best), _LEAST_START)
+    least = max(min(_GOOD_START, _NEARLY * best), _LEAST_START)
     chosen = []
     for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
         if draft.worst < least:
@@ -110,15 +125,19 @@ def _well_shaped(starts, coarseness):
     return chosen
 
 
-def remove_rows(board: DraftBoard, start: Draft, size, coarseness: str) -> Draft:
+def remove_rows(
+    board: DraftBoard, start: Draft, size, coarseness: str, tried: dict | None = None
+) -> Draft:
     """Take out rows of blocks, the thinnest first, as long as the draft keeps its shape.
 
-    size  wanted edge length of the quads: rows thinner than half of it go more easily
+    size   wanted edge length of the quads: rows thinner than half of it go more easily
+    tried  trials of an earlier call, which are gone on with; those of this one are added
 
     Each removal leaves fewer blocks and a layout that has been verified. (method section 9)
     """
     least = min(_LEAST[coarseness], _SHARE[coarseness] * start.worst)
-    draft, tried, failed = start, set(), 0
+    draft, seen, failed = start, set(), 0
+    tried = {} if tried is None else tried
     while failed < _PATIENCE[coarseness]:
         alive = draft.division > 0
         row = board.rows(draft)
@@ -126,11 +145,16 @@ def remove_rows(board: DraftBoard, start: Draft, size, coarseness: str) -> Draft
         found = None
         for number in np.argsort(width, kind="stable").tolist():
             members = alive & (row == number)
-            if not members.any() or members.tobytes() in tried:
+            if not members.any() or members.tobytes() in seen:
                 continue
-            tried.add(members.tobytes())
+            seen.add(members.tobytes())
             needed = 0.5 * least if width[number] < THIN * size else least
-            found = _without(board, draft, members, needed)
+            trial = members.tobytes() + draft.division.tobytes()
+            if trial not in tried:
+                tried[trial] = _without(board, draft, members, needed)
+            elif tried[trial] is not None:
+                tried[trial] = board.smoothed(tried[trial], _TRIAL_STAGES, needed)
+            found = tried[trial]
             if found is not None:
                 break
         if found is None:

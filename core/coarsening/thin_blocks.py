@@ -6,6 +6,8 @@ one: singularities, corners, or one of these and the boundary. The sentence name
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..blocks.blocks import Blocks
@@ -46,12 +48,29 @@ def thin_as_traced(mesh: QuadMesh, blocks: Blocks, size: float) -> tuple:
         f"{{length[{k}]}} between {{point[{2 * k}]}} and {{point[{2 * k + 1}]}}"
         for k in range(len(told))
     )
-    text = f"{_so_many(short)} ({places}): there the blocks are those of the lines as traced."
+    text = f"{_so_many(len(short))} ({places}): there the blocks are those of the lines as traced."
     return (PlacedSentence(text, tuple(mesh.points[ends.ravel()]), tuple(length[told])),)
 
 
-def thin_rows(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> tuple:
-    """At most one PlacedSentence about thin rows of few blocks, and which nodes keep each of them.
+@dataclass(frozen=True)
+class ThinRow:
+    """A row of blocks with short edges, and the edge across it that shows why it stays.
+
+    edges  (n,) int64, the short block edges across the row, the shortest first
+    ends   (2,) int64, vertices of the quad mesh on its two sides that must not become one; where
+           there are none, the ends of its shortest edge
+    gap    length of the block edge between them
+    names  what the two vertices are, or None where only shapes keep the row
+    """
+
+    edges: np.ndarray
+    ends: np.ndarray
+    gap: float
+    names: tuple | None
+
+
+def find_thin_rows(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> list:
+    """All ThinRow of a block layout, in the order of their shortest edges.
 
     mesh   QuadMesh, with its blocks
     fixed  (P,) bool, vertices at corners and kinks
@@ -59,23 +78,31 @@ def thin_rows(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> tuple:
     """
     length = edge_lengths(mesh.points, blocks)
     short = _short(length, size)
-    if not len(short):
-        return ()
     chord = find_chords(blocks).edge_chord
     kind, ends = _kinds(mesh, fixed), _ends(blocks)
     keeps = _keeps_apart(mesh, blocks, kind[ends])
-    parts, told = [], []
-    # The rows in the order of their shortest edges.
-    for row in list(dict.fromkeys(chord[short].tolist()))[:_MOST_TOLD]:
-        edges = np.flatnonzero(chord == row)
-        kept = edges[keeps[edges]]
-        edge = min(kept if len(kept) else edges, key=lambda e: length[e])
-        ends[edge] = sorted(ends[edge], key=lambda v: (-kind[v], v))
-        names = [_name(mesh, kind, v) for v in ends[edge]] if len(kept) else None
-        parts.append(_told_row(len(told), names))
-        told.append(edge)
-    text = f"{_so_many(short)}, since these must stay apart: {'; '.join(parts)}."
-    return (PlacedSentence(text, tuple(mesh.points[ends[told].ravel()]), tuple(length[told])),)
+    rows = []
+    for row in dict.fromkeys(chord[short].tolist()):
+        kept = np.flatnonzero((chord == row) & keeps)
+        edges = short[chord[short] == row]
+        edge = kept[np.argmin(length[kept])] if len(kept) else edges[0]
+        vertex = np.array(sorted(ends[edge].tolist(), key=lambda v: (-kind[v], v)))
+        names = tuple(_name(mesh, kind, v) for v in vertex) if len(kept) else None
+        rows.append(ThinRow(edges, vertex, float(length[edge]), names))
+    return rows
+
+
+def thin_rows_told(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> tuple:
+    """At most one PlacedSentence about the thin rows of few blocks, arguments as of `find_thin_rows`."""
+    rows = find_thin_rows(mesh, fixed, blocks, size)
+    if not rows:
+        return ()
+    told = rows[:_MOST_TOLD]
+    parts = "; ".join(_told_row(number, row.names) for number, row in enumerate(told))
+    short = sum(len(row.edges) for row in rows)
+    text = f"{_so_many(short)}, since these must stay apart: {parts}."
+    points = mesh.points[np.concatenate([row.ends for row in told])]
+    return (PlacedSentence(text, tuple(points), tuple(row.gap for row in told)),)
 
 
 def _told_row(number, names) -> str:
@@ -93,9 +120,9 @@ def _short(length, size):
     return short[np.argsort(length[short], kind="stable")]
 
 
-def _so_many(short) -> str:
-    edges = "block edge is" if len(short) == 1 else "block edges are"
-    return f"{len(short):,} {edges} shorter than half the wanted edge length"
+def _so_many(short: int) -> str:
+    edges = "block edge is" if short == 1 else "block edges are"
+    return f"{short:,} {edges} shorter than half the wanted edge length"
 
 
 def _ends(blocks: Blocks):

@@ -10,7 +10,7 @@ from ..blocks.blocks import Blocks, find_blocks
 from ..cells.layout import Layout
 from ..coarsening.coarsening import coarsen
 from ..coarsening.drafts import Draft, source_vertices
-from ..coarsening.thin_blocks import thin_as_traced, thin_rows
+from ..coarsening.thin_blocks import thin_as_traced, thin_rows_told
 from ..errors import Cancelled, LayoutError
 from ..patience import Patience
 from ..quads.covering import quads_over_faces
@@ -33,9 +33,10 @@ LEAST_FACTOR = 0.7
 # CPU seconds, and seconds of the clock, that a coarse layout may take before the cells are filled as they are.
 COARSE_SECONDS, COARSE_WAITED = 20.0, 45.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
-# Coarse layouts with a worse scaled Jacobian than this are taken only where the direct one is worse,
-# or down to the second where it has so many times as many blocks: there it is no layout at all.
-LEAST_COARSE, LEAST_WITHOUT_CHOICE, MANY_TIMES = 0.35, 0.2, 10
+# Coarse layouts with a worse scaled Jacobian than this are taken only where they have this share of
+# the direct one's, or down to the last where that has so many times as many blocks: there it is no
+# layout at all.
+LEAST_COARSE, AS_GOOD, MANY_TIMES, LEAST_WITHOUT_CHOICE = 0.35, 0.95, 10, 0.2
 _BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
 MOST_REFINEMENTS = 3
@@ -106,7 +107,7 @@ def _worst(filling: Filling) -> float:
 
 def _is_preferred(coarse: Filling, direct: Filling) -> bool:
     """Is a coarse layout of bad shape taken all the same?"""
-    if _worst(coarse) >= _worst(direct):
+    if _worst(coarse) >= AS_GOOD * _worst(direct):
         return True
     few, many = _blocks(coarse).count, _blocks(direct).count
     return _worst(coarse) >= LEAST_WITHOUT_CHOICE and MANY_TIMES * few <= many
@@ -178,7 +179,7 @@ def _with_thin_blocks(surface, settings, filling: Filling, coarse: bool) -> Fill
     size = settings.edge_length or np.sqrt(surface.face_area.sum() / settings.quad_count)
     mesh, blocks = filling.quads, _blocks(filling)
     if coarse:
-        told = thin_rows(mesh, filling.placement.fixed, blocks, size)
+        told = thin_rows_told(mesh, filling.placement.fixed, blocks, size)
     else:
         told = thin_as_traced(mesh, blocks, size)
     return replace(filling, warnings=(*filling.warnings, *told))

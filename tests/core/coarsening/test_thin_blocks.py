@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from core.blocks.blocks import find_blocks
-from core.coarsening.thin_blocks import edge_lengths, thin_as_traced, thin_rows
+from core.coarsening.thin_blocks import (
+    edge_lengths,
+    find_thin_rows,
+    thin_as_traced,
+    thin_rows_told,
+)
 from core.quads.quad_mesh import QuadMesh
 from core.unit_frame import UnitFrame
 from tests.core.patches import grid_quads
@@ -28,7 +33,7 @@ def _told(sentences):
 
 
 def _rows(mesh, blocks, size=1.0, fixed=()):
-    return thin_rows(mesh, np.isin(np.arange(len(mesh.points)), fixed), blocks, size)
+    return thin_rows_told(mesh, np.isin(np.arange(len(mesh.points)), fixed), blocks, size)
 
 
 def test_edges_are_as_long_as_their_chains():
@@ -87,3 +92,15 @@ def test_every_row_is_told_once_up_to_twelve(count):
     told = _told(_rows(mesh, blocks, fixed=np.arange(count + 1)))
     assert told.startswith(f"{4 * count} block edges are")
     assert told.count(" apart, ") + told.count(" apart;") + told.count(" apart.") == min(count, 12)
+
+
+def test_rows_know_their_edges_and_the_two_vertices_that_keep_them():
+    mesh, blocks = _grid([0.0, 0.1, 2.0, 2.3])
+    fixed = np.isin(np.arange(len(mesh.points)), [1, 2, 11])
+    thin, wide = find_thin_rows(mesh, fixed, blocks, 1.0)
+    assert thin.ends.tolist() == [0, 1] and thin.names == ("corner", "corner")
+    assert wide.ends.tolist() == [2, 3] and wide.gap == pytest.approx(0.3)
+    length = edge_lengths(mesh.points, blocks)
+    assert np.allclose(length[thin.edges], 0.1) and np.allclose(length[wide.edges], 0.3)
+    assert len(thin.edges) == len(wide.edges) == 3
+    assert find_thin_rows(mesh, fixed, blocks, 0.1) == []
