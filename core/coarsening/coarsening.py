@@ -22,7 +22,7 @@ from .thin_blocks import THIN
 
 # The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
 # of the best one of all those tried.
-_GOOD_START = 0.6
+_GOOD_START = 0.58
 _NEARLY = 0.95
 # The next start is better shaped by so much; hardly more blocks are up to so many times as many.
 _BETTER, _HARDLY_MORE = 0.05, 1.08
