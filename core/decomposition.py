@@ -10,9 +10,9 @@ import numpy as np
 from .blocks.blocks import Blocks
 from .blocks.interfaces import interfaces
 from .blocks.t_layout import TLayout, build_t_layout, conforming_edges
+from .blocks.thin_blocks import find_thin_rows
 from .cells.cells import CellComplex
 from .cleaning.cleaning import CleanMesh
-from .coarsening.thin_blocks import find_thin_rows
 from .features.charts import Charts
 from .field.cross_field import CrossField
 from .field.singularities import Singularities

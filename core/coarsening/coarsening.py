@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..blocks.thin_blocks import THIN
 from ..cells.layout import Layout
 from ..errors import LayoutError
 from ..settings import Settings
@@ -18,7 +19,6 @@ from .drafts import Draft, DraftBoard
 from .goal import Goal
 from .kinks import without_kinks
 from .starts import first_drafts
-from .thin_blocks import THIN
 
 # The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
 # of the best one of all those tried.

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..blocks.blocks import Blocks, find_blocks
+from ..blocks.thin_blocks import thin_as_traced, thin_rows_told
 from ..cells.layout import Layout
 from ..coarsening.coarsening import coarsen
 from ..coarsening.drafts import Draft, source_vertices
-from ..coarsening.thin_blocks import thin_as_traced, thin_rows_told
 from ..errors import Cancelled, LayoutError
 from ..patience import Patience
+from ..quads.cell_maps import map_cells
 from ..quads.covering import quads_over_faces
 from ..quads.lengths import scale_to_count, solve_lengths
-from ..quads.cell_maps import map_cells
 from ..quads.mapping import place_vertices
 from ..quads.placement import Placement
 from ..quads.quad_mesh import QuadMesh

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.blocks.blocks import verify_blocks
-from core.coarsening.thin_blocks import edge_lengths
+from core.blocks.thin_blocks import edge_lengths
 from core.files.mesh_files import read_mesh
 from core.pipeline import decompose
 from core.settings import Settings

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.blocks.blocks import find_blocks
-from core.coarsening.thin_blocks import (
+from core.blocks.thin_blocks import (
     edge_lengths,
     find_thin_rows,
     thin_as_traced,

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..blocks.blocks import Blocks
-from ..blocks.chords import find_chords
 from ..quads.quad_mesh import QuadMesh
 from ..sentences import PlacedSentence
+from .blocks import Blocks
+from .chords import find_chords
 
 # Share of the wanted edge length below which an edge of a block counts as short.
 THIN = 0.5
