@@ -120,6 +120,7 @@ class Decomposition:
             report["cells"] = {"count": self.complex.cell_count}
         if self.quads is not None:
             report["blocks"] = self._block_report()
+            report["thin_rows"] = self._thin_rows()
             report["quads"] = {
                 "count": len(self.quads.quads),
                 "min_scaled_jacobian": float(self.quads.scaled_jacobian.min()),
@@ -130,13 +131,10 @@ class Decomposition:
     def _block_report(self) -> dict:
         # An unfit layout raises before this point: what is handed out is what it says.
         if self.t_edges is None:
-            return {
-                "count": self.blocks.count, "conforming": True, "thin_rows": self._thin_rows()
-            }
+            return {"count": self.blocks.count, "conforming": True}
         return {
             "count": self.layout.count,
             "conforming": False,
-            "thin_rows": self._thin_rows(),
             "conforming_count": self.blocks.count,
             "divisions": self.layout.shape.tolist(),
             "t_junctions": self.layout.junction_count,

@@ -69,7 +69,7 @@ def test_thin_blocks_are_told_with_the_nodes_that_keep_them(name):
     told = [w for w in found.warnings if "shorter than half the wanted edge length" in w]
     counts = [int(w.split()[0].replace(",", "")) for w in told]
     assert len(told) <= 1 and surely <= sum(counts) <= maybe
-    rows = found.report()["blocks"]["thin_rows"]
+    rows = found.report()["thin_rows"]
     assert sum(len(row["edges"]) for row in rows) == sum(counts)
     for row in rows:
         assert row["kept_by"] and np.array(row["between"]).shape == (2, 3)
