@@ -110,7 +110,7 @@ def _told_row(number, names) -> str:
     first, second = f"{{point[{2 * number}]}}", f"{{point[{2 * number + 1}]}}"
     gap = f"{{length[{number}]}} apart"
     if names is None:
-        return f"{first} and {second}, {gap}, without which shapes would suffer"
+        return f"{first} and {second}, {gap}, for the shapes of the quads"
     return f"the {names[0]} at {first} and the {names[1]} at {second}, {gap}"
 
 

@@ -46,7 +46,9 @@ def solve_coarse_lengths(
     loops = _loops(layout)
     length = None
     for _ in range(MOST_ROUNDS):
-        length = solve_lengths(complex, wish, lower, length, cancelled, may_join=True)
+        length = solve_lengths(
+            complex, wish, lower, length, cancelled, may_join=True, polish=False
+        )
         if _lengthen_loops(*loops, wish, length, lower):
             continue
         try:

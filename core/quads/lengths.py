@@ -53,7 +53,7 @@ class _Search:
 
 
 def solve_lengths(
-    complex: CellComplex, target, lower=1, start=None, cancelled=None, may_join=False
+    complex: CellComplex, target, lower=1, start=None, cancelled=None, may_join=False, polish=True
 ) -> np.ndarray:
     """Integer lengths that make opposite sides of all cells equal.
 
@@ -62,6 +62,7 @@ def solve_lengths(
     start      (A,) int64 or None, an earlier solution to improve upon
     cancelled  callable or None, asked between the searches
     may_join   bool, leave it to the caller to see which nodes the zero lengths join
+    polish     bool, make up at the end for what single steps miss: better by little, for much time
 
     Returns (A,) int64. Raises LayoutError where arcs of length zero join two nodes that must stay
     apart (singularities, corners, kinks), Cancelled. With may_join it does so only where these arcs
@@ -87,7 +88,8 @@ def solve_lengths(
     search.penalty = 100.0 * float(np.max(weight * (2 * excess + 1), initial=1.0))
     _improve(search, 1, cancelled)
     _force_lower_bounds(search)
-    _polish(search, cancelled)
+    if polish:
+        _polish(search, cancelled)
     if not may_join:
         _refuse_joined_nodes(complex, search.length == 0)
     return search.length
