@@ -13,6 +13,7 @@ import numpy as np
 from ..blocks.thin_blocks import THIN
 from ..cells.layout import Layout
 from ..errors import LayoutError
+from ..quads.shape_limit import corner_shape
 from ..settings import Settings
 from ..surface.surface import TriangleSurface
 from .drafts import Draft, DraftBoard
@@ -20,8 +21,8 @@ from .goal import Goal
 from .kinks import without_kinks
 from .starts import first_drafts
 
-# The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share
-# of the best one of all those tried.
+# The one with the fewest blocks is taken whose worst scaled Jacobian reaches this, or this share of
+# what the corners allow, or of the best one of all those tried.
 _GOOD_START = 0.58
 _NEARLY = 0.95
 # The next start is better shaped by so much; hardly more blocks are up to so many times as many.
@@ -56,9 +57,12 @@ def coarsen(
     """
     goal = Goal.of(settings, surface.face_area.sum())
     layout, kinks = without_kinks(layout)
-    starts = first_drafts(surface, layout, kinks, goal, _GOOD_START, cancelled)
+    good = _GOOD_START
+    if layout.gluing is None:
+        good = min(good, _NEARLY * corner_shape(surface, layout.complex))
+    starts = first_drafts(surface, layout, kinks, goal, good, cancelled)
     best, best_so_far, least = None, None, 0.0
-    ladder = _well_shaped(starts)
+    ladder = _well_shaped(starts, good)
     for rung, (board, start) in enumerate(ladder):
         # Where shapes suffer, the next start that is better shaped is tried.
         if best is not None and start.worst < least:
@@ -105,13 +109,13 @@ def _fine_draft_of(board, drafts, goal, untangle):
     return max(found, key=lambda fine: fine.worst, default=None), False
 
 
-def _well_shaped(starts):
+def _well_shaped(starts, good):
     """Starts of good shape, the fewest blocks first.
 
     One that is better shaped at hardly more blocks takes the place of the one before.
     """
     best = max((draft.worst for _, draft in starts), default=0.0)
-    least = max(min(_GOOD_START, _NEARLY * best), _LEAST_START)
+    least = max(min(good, _NEARLY * best), _LEAST_START)
     chosen = []
     for board, draft in sorted(starts, key=lambda pair: pair[1].blocks.count):
         if draft.worst < least:

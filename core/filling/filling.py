@@ -21,6 +21,7 @@ from ..quads.placement import Placement
 from ..quads.quad_mesh import QuadMesh
 from ..quads.quads import QuadLayout, verify_lengths
 from ..quads.quality import scaled_jacobian
+from ..quads.shape_limit import corner_shape
 from ..quads.sheets import build_sheets, crease_edges, synchronise, verify_sheets
 from ..quads.smoothing import smooth
 from ..quads.worst_quads import mend_worst_quads
@@ -74,7 +75,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         draft, notes = _coarse_draft(surface, layout, settings, cancelled)
         if draft is not None and _is_coarser(surface, layout, settings, draft, cancelled):
             coarse = _fill_coarsely(surface, layout, settings, draft, cancelled)
-            if _worst(coarse) >= LEAST_COARSE:
+            if _worst(coarse) >= _least_coarse(surface, layout):
                 return coarse
             notes = (_BAD_SHAPES,)
     try:
@@ -103,6 +104,13 @@ def _coarse_draft(surface, layout: Layout, settings, cancelled):
 
 def _worst(filling: Filling) -> float:
     return float(filling.quads.scaled_jacobian.min())
+
+
+def _least_coarse(surface, layout: Layout) -> float:
+    """The worst scaled Jacobian down to which a coarse layout is taken at once."""
+    if layout.gluing is not None:
+        return LEAST_COARSE
+    return min(LEAST_COARSE, AS_GOOD * corner_shape(surface, layout.complex))
 
 
 def _is_preferred(coarse: Filling, direct: Filling) -> bool:
