@@ -31,7 +31,7 @@ _SIZES = (
 )
 _LEAST_TRIED, _MOST_ARCS = 3, 400
 # First layouts that are smoothed and judged at most: of the first sizes, and of all.
-_MOST_JUDGED = (2, 5)
+_MOST_JUDGED = (2, 4)
 # Layouts whose numbers of blocks differ by less than this share are both judged only where the
 # first one was far out of shape.
 _ALIKE = 0.05
