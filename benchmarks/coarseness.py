@@ -91,12 +91,12 @@ def main():
 def summary(arguments):
     """What the columns mean and what they were measured with."""
     return (
-        f"Made by `benchmarks/coarseness.py`. {arguments.quads} quads wanted: blocks, scaled Jacobian"
-        " (least / mean), quads and CPU seconds as traced (direct), by default (balanced) and with"
-        f" the fewest blocks; the least seconds of {arguments.repeats} runs each, and how many times"
-        " those of the direct layout they are. Kept: topology and boundary are the input's, no quad"
-        f" is inverted. Python {platform.python_version()}, NumPy {np.__version__}, one thread for"
-        " linear algebra."
+        f"Made by `benchmarks/coarseness.py`. {arguments.quads} quads wanted: blocks, scaled"
+        " Jacobian (least / mean), quads and CPU seconds as traced (direct), by default (balanced)"
+        f" and with the fewest blocks; the least seconds of {arguments.repeats} runs each, and how"
+        " many times those of the direct layout they are. Kept: topology and boundary are the"
+        f" input's, no quad is inverted. Python {platform.python_version()}, NumPy"
+        f" {np.__version__}, one thread for linear algebra."
     )
 
 

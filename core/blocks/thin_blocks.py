@@ -93,7 +93,7 @@ def find_thin_rows(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> list:
 
 
 def thin_rows_told(mesh: QuadMesh, fixed, blocks: Blocks, size: float) -> tuple:
-    """At most one PlacedSentence about the thin rows of few blocks, arguments as of `find_thin_rows`."""
+    """At most one PlacedSentence about thin rows of few blocks; arguments as of `find_thin_rows`."""
     rows = find_thin_rows(mesh, fixed, blocks, size)
     if not rows:
         return ()

@@ -94,7 +94,7 @@ def _with_fewer_blocks(board: DraftBoard, start: Draft, size, coarseness) -> lis
 
 
 def _fine_draft_of(board, drafts, goal, untangle):
-    """The wanted quads of the first draft whose shape they keep, and whether one does: (Draft, bool).
+    """(Draft, bool): the wanted quads of the first draft whose shape they keep; does any keep it?
 
     Without one those of the best shape; None without any that are valid.
     """

@@ -117,8 +117,8 @@ class DraftBoard:
         needed  worst scaled Jacobian: further stages are left out where it is far out of reach, and
                 where it is nearly reached, the worst quads are mended
 
-        Cells that have vanished leave the vertices of others unevenly spread: most kinks find theirs
-        after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
+        Cells that have vanished leave the vertices of others unevenly spread: most kinks find
+        theirs after the first stage. Single ones, as on the nose of an aerofoil, need theirs at once.
         """
         gluing, cells = self.layout.gluing, self.layout.cell_mesh
         length = draft.length if gluing is None else draft.length[gluing.arc]

@@ -82,8 +82,8 @@ def _is_known(key, judged, shaped) -> bool:
 class _Search:
     """Drafts found so far, not placed.
 
-    connected  dict of (can the number of quads not be met?, number of blocks, number of quads of the
-               draft): (DraftBoard, Draft); in the order in which they are worth judging
+    connected  dict of (can the number of quads not be met?, number of blocks, number of quads of
+               the draft): (DraftBoard, Draft); in the order in which they are worth judging
     """
 
     surface: TriangleSurface
@@ -114,7 +114,7 @@ class _Search:
             self.connected.setdefault(key, found)
 
     def _draft(self, size, share):
-        """The layout in a few hundred quads, small features as well resolved as in the fine mesh."""
+        """The layout in a few hundred quads, small features resolved as in the fine mesh."""
         length = solve_coarse_lengths(self.layout, size, self.cancelled, share)
         board = DraftBoard(
             self.surface, self.layout, self.square, length, self.kinks, self.cancelled
