@@ -171,7 +171,7 @@ def _regrid(surface, given: Regridded, wanted: _Wanted) -> Regridded:
         )
         fresh = regrid(surface, given.placement, given.blocks, arcs, division)
         measured, missed = measured_heights(
-            loops, fresh.placement, fresh.blocks, division.asked, wanted.grading
+            loops, fresh.placement, fresh.blocks, division.asked, wanted.grading, measured
         )
         tried.append(replace(fresh, missed=missed))
         settled = len(tried) > 1 and missed >= tried[-2].missed and (count == spacing.count).all()

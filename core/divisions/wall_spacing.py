@@ -221,11 +221,12 @@ def line_heights(row, leaving, grading: Grading) -> np.ndarray:
     return grading.first_height / np.maximum(sine(np.gradient(row, axis=0), leaving), LEAST_SINE)
 
 
-def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, grading):
+def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, grading, before=None):
     """First cells to ask for after those of a graded grid were measured.
 
-    asked  (block, side) -> (k,) float64, first cells that were asked of the lines from a side on a
-           wall, counter-clockwise along it
+    asked   (block, side) -> (k,) float64, first cells that were asked of the lines from a side on a
+            wall, counter-clockwise along it
+    before  what this returned for the grid before, if that was followed
 
     Returns a dict like asked, and the share of lines whose first node is farther from or nearer to
     the wall than the first height by more than FIRST_HEIGHT_TOLERANCE.
@@ -239,9 +240,12 @@ def measured_heights(loops: BoundaryLoops, placement, blocks: Blocks, asked, gra
         wall, _ = loops.point(loop, loops.closest(loop, point))
         away = np.maximum(np.linalg.norm(point - wall, axis=1), 1e-300)
         better = height * grading.first_height / away
-        # Lines on block edges were not asked, and nodes on the boundary say nothing of the wall.
+        # Lines on block edges were asked what had been measured on both sides of them, at first
+        # nothing; nodes on the boundary say nothing of the wall.
         ends = [0, -1]
-        better[ends] = (np.linalg.norm(leaving, axis=1) * grading.first_height / away)[ends]
+        step = np.linalg.norm(leaving[ends], axis=1)
+        step = step if before is None else before[block, side][ends]
+        better[ends] = step * grading.first_height / away[ends]
         rule = line_heights(placement.point[foot], leaving, grading)
         on_boundary = placement.loop[first] >= 0
         better = np.where(on_boundary, rule, better)
