@@ -148,7 +148,7 @@ def _keeps_apart(mesh: QuadMesh, blocks: Blocks, kind):
     kind  (E, 2) int64 of the ends. An edge along a wall may join a corner and a point of the wall.
     """
     count = np.int64(len(mesh.points))
-    crease = np.sort(np.asarray(mesh.crease, np.int64).reshape(-1, 2), axis=1)
+    crease = np.sort(mesh.crease, axis=1)
     start = blocks.edge_offset[:-1]
     step = np.sort(np.stack([blocks.edge_vertex[start], blocks.edge_vertex[start + 1]]), axis=0)
     along = blocks.edge_on_boundary | np.isin(

@@ -13,9 +13,9 @@ import numpy as np
 from ..blocks.thin_blocks import THIN
 from ..cells.layout import Layout
 from ..errors import LayoutError
-from ..quads.shape_limit import corner_shape
 from ..settings import Settings
 from ..surface.surface import TriangleSurface
+from .corner_shape import corner_shape
 from .drafts import Draft, DraftBoard
 from .goal import Goal
 from .kinks import without_kinks
@@ -57,9 +57,7 @@ def coarsen(
     """
     goal = Goal.of(settings, surface.face_area.sum())
     layout, kinks = without_kinks(layout)
-    good = _GOOD_START
-    if layout.gluing is None:
-        good = min(good, _NEARLY * corner_shape(surface, layout.complex))
+    good = min(_GOOD_START, _NEARLY * corner_shape(surface, layout))
     starts = first_drafts(surface, layout, kinks, goal, good, cancelled)
     best, best_so_far, least = None, None, 0.0
     ladder = _well_shaped(starts, good)

@@ -379,8 +379,8 @@ def _refuse_locked(chords, locked, count, grading):
         chord = short[np.argmax(count[short] - locked[short])]
         edge = int(np.flatnonzero(chords.edge_chord == chord)[0])
         raise SettingsError(
-            f"The chord of block edge {edge} is locked to {locked[chord]} divisions, but a first height of"
-            f" {grading.first_height:g} with growth {grading.growth:g} needs {count[chord]};"
+            f"The chord of block edge {edge} is locked to {locked[chord]} divisions, but a first"
+            f" height of {grading.first_height:g} with growth {grading.growth:g} needs {count[chord]};"
             " lock it to more or change the grading."
         )
 

@@ -10,6 +10,7 @@ from ..blocks.blocks import Blocks, find_blocks
 from ..blocks.thin_blocks import thin_as_traced, thin_rows_told
 from ..cells.layout import Layout
 from ..coarsening.coarsening import coarsen
+from ..coarsening.corner_shape import corner_shape
 from ..coarsening.drafts import Draft, source_vertices
 from ..errors import Cancelled, LayoutError
 from ..patience import Patience
@@ -21,7 +22,6 @@ from ..quads.placement import Placement
 from ..quads.quad_mesh import QuadMesh
 from ..quads.quads import QuadLayout, verify_lengths
 from ..quads.quality import scaled_jacobian
-from ..quads.shape_limit import corner_shape
 from ..quads.sheets import build_sheets, crease_edges, synchronise, verify_sheets
 from ..quads.smoothing import smooth
 from ..quads.worst_quads import mend_worst_quads
@@ -34,9 +34,9 @@ LEAST_FACTOR = 0.7
 # CPU seconds, and seconds of the clock, that a coarse layout may take before the cells are filled as they are.
 COARSE_SECONDS, COARSE_WAITED = 20.0, 45.0
 _NO_TIME = "Finding fewer blocks took too long: the blocks are those of the lines as traced."
-# Coarse layouts with a worse scaled Jacobian than this are taken only where they have this share of
-# the direct one's, or down to the last where that has so many times as many blocks: there it is no
-# layout at all.
+# Coarse layouts with a worse scaled Jacobian than this, and than this share of what the corners
+# allow, are taken only where they have this share of the direct one's, or down to the last where
+# that has so many times as many blocks: there it is no layout at all.
 LEAST_COARSE, AS_GOOD, MANY_TIMES, LEAST_WITHOUT_CHOICE = 0.35, 0.95, 10, 0.2
 _BAD_SHAPES = "Fewer blocks had bad shapes: the blocks are those of the lines as traced."
 # Times that the cells are filled, each time with twice as many quads along those with folded ones.
@@ -75,7 +75,7 @@ def fill_cells(surface: TriangleSurface, layout: Layout, settings: Settings, can
         draft, notes = _coarse_draft(surface, layout, settings, cancelled)
         if draft is not None and _is_coarser(surface, layout, settings, draft, cancelled):
             coarse = _fill_coarsely(surface, layout, settings, draft, cancelled)
-            if _worst(coarse) >= _least_coarse(surface, layout):
+            if _worst(coarse) >= min(LEAST_COARSE, AS_GOOD * corner_shape(surface, layout)):
                 return coarse
             notes = (_BAD_SHAPES,)
     try:
@@ -104,13 +104,6 @@ def _coarse_draft(surface, layout: Layout, settings, cancelled):
 
 def _worst(filling: Filling) -> float:
     return float(filling.quads.scaled_jacobian.min())
-
-
-def _least_coarse(surface, layout: Layout) -> float:
-    """The worst scaled Jacobian down to which a coarse layout is taken at once."""
-    if layout.gluing is not None:
-        return LEAST_COARSE
-    return min(LEAST_COARSE, AS_GOOD * corner_shape(surface, layout.complex))
 
 
 def _is_preferred(coarse: Filling, direct: Filling) -> bool:

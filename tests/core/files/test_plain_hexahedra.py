@@ -5,6 +5,9 @@ import pytest
 
 from core.blocks.blocks import find_blocks, verify_blocks
 from core.files.plain_hexahedra import cut_to_plain_hexahedra, hexahedron_depth
+from core.pipeline import decompose
+from core.settings import Settings
+from tests.core import creased
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
 UP = np.array([0, 0, 1.0])
@@ -78,6 +81,17 @@ def test_cuts_go_on_through_the_blocks_beside():
     verify_blocks(parts, quads)
     assert parts.count > 2 and set(owner) == {0, 1}
     assert np.array_equal(owner[parts.quad_block], blocks.quad_block)
+
+
+@pytest.mark.parametrize("make", [creased.cube, creased.capped_cylinder])
+def test_lines_through_the_corners_are_those_between_the_blocks(make):
+    """Along creases, too: the parts are cut from the corners, and must not straddle two blocks."""
+    surface = make()
+    result = decompose(surface.points, surface.triangles, Settings(quad_count=400))
+    quads, blocks = result.quads.quads, result.blocks
+    corner = np.isin(np.arange(len(result.quads.points)), blocks.corner)
+    again = find_blocks(quads, len(corner), corner)
+    assert np.array_equal(again.quad_block, blocks.quad_block)
 
 
 def test_a_single_quad_is_never_cut():

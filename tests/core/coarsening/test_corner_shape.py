@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from core.cells.layout import trace_layout
+from core.coarsening.corner_shape import corner_shape
 from core.field.constraints import boundary_constraints
 from core.field.cross_field import build_cross_field
 from core.field.distance import arrival_distance
 from core.field.propagation import propagate
 from core.pipeline import decompose
-from core.quads.shape_limit import corner_shape
 from core.settings import Settings
 from core.surface.surface import build_surface
 from tests.core import surfaces
@@ -19,7 +19,7 @@ def limit_of(surface):
     constraints = boundary_constraints(surface, np.radians(20))
     angle = propagate(surface, constraints, arrival_distance(surface, constraints.fixed))
     layout = trace_layout(surface, constraints, build_cross_field(surface, angle, constraints))
-    return corner_shape(surface, layout.complex)
+    return corner_shape(surface, layout)
 
 
 def sheared_square(degrees, count=10):
